@@ -1,0 +1,3 @@
+//! Checks: the independent truth, the laws, and what they say of a file.
+
+pub mod truth;
