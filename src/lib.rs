@@ -2,6 +2,7 @@
 #![deny(unsafe_code)]
 
 pub mod axis;
+pub mod bake;
 pub mod error;
 pub mod format;
 pub mod gpu;

@@ -14,6 +14,10 @@ pub struct Visibility {
     pub about: &'static str,
     /// Paper and equation.
     pub source: &'static str,
+    /// Stem of its two files.
+    pub file: &'static str,
+    /// The cone rule with this term, (E, B) from (n·v, alpha): the rule is generic so that the term is inlined.
+    pub cone: fn(n_dot_v: f64, alpha: f64) -> [f64; 2],
     /// G/(n·v): with V = G/(4 (n·l)(n·v)) this is 4 V (n·l). Finite where V is not.
     pub g_over_n_dot_v: fn(&Directions) -> f64,
 }

@@ -1,12 +1,15 @@
 //! Smith's height-correlated masking and shadowing.
 
 use super::Visibility;
+use crate::rule::cone::cone;
 
 /// Registry entry.
 pub static SMITH: Visibility = Visibility {
     name: "smith",
     about: "Smith, height-correlated: masking and shadowing know that both see the same height",
     source: "Heitz 2014, Eq. 99",
+    file: "smith",
+    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
     g_over_n_dot_v: |d| g_over_n_dot_v(d.n_dot_l, d.n_dot_v, d.sigma_l, d.sigma_v),
 };
 

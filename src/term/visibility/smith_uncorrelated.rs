@@ -1,12 +1,15 @@
 //! Smith's separable masking and shadowing.
 
 use super::Visibility;
+use crate::rule::cone::cone;
 
 /// Registry entry.
 pub static SMITH_UNCORRELATED: Visibility = Visibility {
     name: "smith-uncorrelated",
     about: "Smith, separable: masking times shadowing, darker than `smith` at grazing angles",
     source: "Walter, Marschner, Li, Torrance 2007, Eq. 23; Heitz 2014, Eq. 98",
+    file: "smith_uncorrelated",
+    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
     g_over_n_dot_v: |d| g_over_n_dot_v(d.n_dot_l, d.n_dot_v, d.sigma_l, d.sigma_v),
 };
 
