@@ -325,7 +325,6 @@ impl TableJob {
             "order",
             names(self.axes.iter().map(|a| if a.reversed { "descending" } else { "ascending" }).collect()),
         );
-        meta.set("channels", names(self.channel_facts().map(|c| c.name).collect()));
         meta.set("alpha", "roughness^2");
         meta.set("usage", facts.usage);
         meta.set("source", facts.source);
@@ -355,7 +354,7 @@ impl TableJob {
             axes: Some(list("axes")?),
             points: Points::parse(get("points")?)?,
             flip_v: list("order")?.last().is_some_and(|o| o == "descending"),
-            channels: Some(list("channels")?),
+            channels: Some(texture.channels.clone()),
         };
         request.resolve()
     }

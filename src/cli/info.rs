@@ -22,6 +22,7 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
     line("size", &size);
     line("levels", &texture.levels.len().to_string());
     line("encoding", encoding.name);
+    line("channels", &texture.channels.join(","));
     for (key, value) in texture.meta.iter() {
         line(key, value);
     }
@@ -38,6 +39,7 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
             "height": texture.height,
             "levels": texture.levels.len(),
             "encoding": encoding.name,
+            "channels": texture.channels,
             "meta": meta,
         }),
     )
