@@ -383,6 +383,80 @@ fn headers_that_claim_more_than_the_file_holds_are_refused() {
 }
 
 #[test]
+fn same_texture_gives_the_same_bytes() {
+    for (format, written, encoding) in combinations() {
+        let [a, b] = [(); 2].map(|()| to_bytes(format, &written, encoding).unwrap());
+        assert!(a == b, "{} {}", format.name(), encoding.name);
+        let [a, b] = [a, b].map(|bytes| parse(format, &bytes).unwrap().0.meta);
+        assert_eq!(a, b, "{}: the order of the pairs", format.name());
+    }
+}
+
+#[test]
+fn halves_are_clamped_in_every_container() {
+    let mut t = texture(Shape::Table, (4, 4), 1, Repr::Unorm8, 1);
+    t.levels[0][..4].copy_from_slice(&[1e6, -1e6, 65519.0, 65520.0]);
+    for format in ["ktx2", "exr"].map(|name| named(name).unwrap()) {
+        let (read, _) = parse(format, &to_bytes(format, &t, by_name("r16f")).unwrap()).unwrap();
+        assert_eq!(read.levels[0][..4], [65504.0, -65504.0, 65504.0, 65504.0], "{}", format.name());
+    }
+    assert_eq!(rounding(&t, by_name("r16f")).unwrap().clamped, 4);
+}
+
+#[test]
+fn openexr_names_channels_and_parts() {
+    let t = texture(Shape::Cube, (4, 4), 3, Repr::F16, 1);
+    let bytes = to_bytes(named("exr").unwrap(), &t, by_name("rgba16f")).unwrap();
+    let headers = exr::prelude::MetaData::read_from_buffered(&bytes[..], true).unwrap().headers;
+    let parts: Vec<_> = headers.iter().map(|h| h.own_attributes.layer_name.as_ref().unwrap().to_string()).collect();
+    assert_eq!(parts, ["mip0", "mip1", "mip2"]);
+    let channels: Vec<_> = headers[1].channels.list.iter().map(|c| c.name.to_string()).collect();
+    assert_eq!(channels, ["B", "G", "R"]);
+    assert_eq!((headers[1].layer_size.0, headers[1].layer_size.1), (2, 12));
+    // The first part once more, through the reader's own idea of red, green and blue.
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| vec![[0.0_f32; 3]; size.area()],
+            |pixels: &mut Vec<[f32; 3]>, at, (r, g, b): (f32, f32, f32)| {
+                pixels[at.flat_index_for_size(exr::prelude::Vec2(4, 24))] = [r, g, b]
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(&bytes))
+        .unwrap();
+    assert_eq!(image.layer_data.channel_data.pixels.as_flattened(), t.levels[0]);
+}
+
+#[test]
+fn openexr_with_a_block_listed_twice_is_refused() {
+    let t = texture(Shape::Table, (4, 40), 1, Repr::F16, 1);
+    let mut bytes = to_bytes(named("exr").unwrap(), &t, by_name("r16f")).unwrap();
+    // The table of three block offsets follows the header; the first offset points just behind it.
+    let table = (8..bytes.len() - 8)
+        .find(|at| ktx2_strict::u64_at(&bytes, *at) == Ok(*at as u64 + 24))
+        .expect("three blocks of 16 rows");
+    bytes.copy_within(table..table + 8, table + 8);
+    assert!(parse(named("exr").unwrap(), &bytes).is_err());
+}
+
+#[test]
+fn radiance_run_beyond_the_row_is_refused() {
+    let file = |runs: &[u8]| [b"#?RADIANCE\n\n-Y 1 +X 8\n", &[2, 2, 0, 8][..], runs].concat();
+    let sound = [128 + 8, 128, 128 + 8, 1, 128 + 8, 2, 128 + 8, 129];
+    let (read, _) = parse(named("hdr").unwrap(), &file(&sound)).unwrap();
+    assert_eq!(read.texel(0, 0, 7, 0), [1.0, 1.0 / 128.0, 1.0 / 64.0]);
+    for (at, count) in [(0, 128 + 9), (6, 255), (2, 0)] {
+        let mut runs = sound;
+        runs[at] = count;
+        assert!(parse(named("hdr").unwrap(), &file(&runs)).is_err(), "{count} at {at}");
+    }
+}
+
+#[test]
 fn radiance_files_read_the_same_in_the_image_crate() {
     for size in [(40, 6), (5, 3), (1, 1)] {
         let t = texture(Shape::Table, size, 3, Repr::Rgbe8, 11);

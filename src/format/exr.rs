@@ -55,7 +55,9 @@ impl Format for Exr {
             .non_parallel()
             .to_buffered(&mut out)
             .map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
-        Ok(out.into_inner())
+        let mut out = out.into_inner();
+        sort_attributes(&mut out, texture.levels.len());
+        Ok(out)
     }
 
     fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)> {
@@ -124,6 +126,29 @@ fn part(texture: &Texture, level: usize, encoding: Encoding) -> Part {
         line_order: e::LineOrder::Increasing,
     };
     e::Layer::new(size, attributes, encoding, e::AnyChannels::sort(channels.collect()))
+}
+
+/// Sorts the attributes of each part by name. The writer takes them from a hash map, in another order at each run: the
+/// same texture must give the same bytes. No offset in the file changes.
+fn sort_attributes(file: &mut [u8], parts: usize) {
+    let mut at = 8; // behind magic number and version
+    for _ in 0..parts {
+        let start = at;
+        let mut attributes = Vec::new();
+        // Name, NUL, type, NUL, size, value; an empty name ends the header.
+        while file[at] != 0 {
+            let begin = at;
+            for _ in 0..2 {
+                at += file[at..].iter().position(|b| *b == 0).expect("the writer ends each name") + 1;
+            }
+            let size = file[at..].first_chunk().expect("the writer states each size");
+            at += 4 + u32::from_le_bytes(*size) as usize;
+            attributes.push(file[begin..at].to_vec());
+        }
+        attributes.sort_unstable();
+        file[start..at].copy_from_slice(&attributes.concat());
+        at += 1;
+    }
 }
 
 fn from_parts(path: &Path, parts: &[Part]) -> Result<(Texture, Encoding)> {

@@ -56,7 +56,7 @@ pub fn check(file: &[u8]) -> Result<(), String> {
     rule(u64_at(file, 64)? == 0, "sgdByteOffset", "must be 0")?;
     rule(u64_at(file, 72)? == 0, "sgdByteLength", "must be 0")?;
 
-    check_dfd(&file[..], dfd, components, component_bytes)?;
+    check_dfd(file, dfd, components, component_bytes)?;
     let kvd_end =
         kvd.checked_add(kvd_length).filter(|end| *end <= file.len()).ok_or("kvdByteLength: beyond the end")?;
     check_kvd(&file[kvd..kvd_end], faces)?;
