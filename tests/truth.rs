@@ -51,7 +51,7 @@ fn average_albedo_is_within_a_microunit_of_the_truth() {
         for roughness in [1.0 / 1024.0, 0.05, 0.3, 0.7, 1.0] {
             let at = At { n_dot_v: 1.0, roughness };
             let (rule, truth) = (average.rule(&model, at)[0], average.truth(&model, at, 1e-7));
-            assert!(truth.error <= 2e-7);
+            assert!(truth.error <= 3e-7);
             assert!((rule - truth.value[0]).abs() <= 6e-7, "{roughness}: {rule} instead of {}", truth.value[0]);
         }
     }

@@ -65,12 +65,19 @@ impl Table for AverageAlbedo {
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
         let alpha = alpha_of(at.roughness);
-        // Panels crowd towards grazing, where E changes within n·v of the order of alpha.
-        let near = alpha.clamp(1e-3, 0.3);
-        integrate(&[0.0, 0.1 * near, near, 1.0], 0.5 * tolerance, 100, |mu| {
+        // Geometric panels down to the scale of alpha, where E changes: on one wide panel a coarse and a fine rule can
+        // agree by missing the same dip.
+        let mut breaks = vec![1.0];
+        while breaks[breaks.len() - 1] > 0.1 * alpha.max(1e-3) {
+            breaks.push(0.3 * breaks[breaks.len() - 1]);
+        }
+        breaks.push(0.0);
+        breaks.reverse();
+        let found = integrate(&breaks, 0.5 * tolerance, 100, |mu| {
             let e = truth::albedo(model.ndf, model.visibility, mu, alpha, 0.2 * tolerance);
             Estimate { value: [2.0 * mu * e.value[0], 0.0, 0.0], error: 2.0 * mu * e.error }
-        })
+        });
+        Estimate { error: found.error.max(tolerance), ..found }
     }
 
     fn bake(

@@ -26,7 +26,7 @@ static RULE: LazyLock<Vec<Node>> = LazyLock::new(|| gauss_legendre(8));
 struct Panel<const N: usize> {
     from: f64,
     to: f64,
-    halves: [[f64; N]; 2],
+    halves: [Estimate<N>; 2],
     error: f64,
 }
 
@@ -57,7 +57,6 @@ pub fn integrate<const N: usize>(
     max_panels: usize,
     mut f: impl FnMut(f64) -> Estimate<N>,
 ) -> Estimate<N> {
-    let mut inner_error = 0.0;
     let mut rule = |from: f64, to: f64| {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let mut sum = [0.0; N];
@@ -69,8 +68,7 @@ pub fn integrate<const N: usize>(
             }
             worst += node.weight * half * sample.error;
         }
-        inner_error += worst;
-        sum
+        Estimate { value: sum, error: worst }
     };
     let mut heap = BinaryHeap::new();
     for ends in breaks.windows(2) {
@@ -99,19 +97,23 @@ pub fn integrate<const N: usize>(
     let mut error = 0.0;
     for panel in &heap {
         for (i, v) in value.iter_mut().enumerate() {
-            *v += panel.halves[0][i] + panel.halves[1][i];
+            *v += panel.halves[0].value[i] + panel.halves[1].value[i];
         }
-        error += panel.error;
+        error += panel.error + panel.halves[0].error + panel.halves[1].error;
     }
-    // `inner_error` counts refined panels more than once, which keeps it a bound.
-    Estimate { value, error: error + inner_error }
+    Estimate { value, error }
 }
 
 /// Halves a panel whose integral by one application of the rule is `whole`.
-fn split<const N: usize>(rule: &mut impl FnMut(f64, f64) -> [f64; N], from: f64, to: f64, whole: [f64; N]) -> Panel<N> {
+fn split<const N: usize>(
+    rule: &mut impl FnMut(f64, f64) -> Estimate<N>,
+    from: f64,
+    to: f64,
+    whole: Estimate<N>,
+) -> Panel<N> {
     let middle = 0.5 * (from + to);
     let halves = [rule(from, middle), rule(middle, to)];
-    let error = (0..N).map(|i| (whole[i] - halves[0][i] - halves[1][i]).abs()).fold(0.0, f64::max);
+    let error = (0..N).map(|i| (whole.value[i] - halves[0].value[i] - halves[1].value[i]).abs()).fold(0.0, f64::max);
     Panel { from, to, halves, error }
 }
 

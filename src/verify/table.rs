@@ -115,8 +115,7 @@ pub fn check(
         tick(on, "verify: truth", truth.len() as f64 / truth_texels.len() as f64)?;
         truth.extend(compare(chunk, &|at| {
             let t = job.table.truth(&job.model, at, TRUTH_TOLERANCE);
-            // A derived channel such as scale = albedo − bias carries the errors of both.
-            (job.channels.iter().map(|c| t.value[*c]).collect(), 2.0 * t.error)
+            (job.channels.iter().map(|c| t.value[*c]).collect(), t.error)
         }));
     }
     tick(on, "verify: truth", 1.0)?;

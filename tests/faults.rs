@@ -1,0 +1,137 @@
+//! Every comparator is fed the faults that it exists for, and must say no.
+
+use brdf_baker::axis::Points;
+use brdf_baker::bake::{Backend, TableJob, TableRequest};
+use brdf_baker::format::Encoding;
+use brdf_baker::progress::ignore;
+use brdf_baker::texture::Texture;
+use brdf_baker::verify::table::{Extent, check};
+
+fn job(name: &str) -> TableJob {
+    let size = if name == "average-albedo" { (64, 1) } else { (32, 32) };
+    TableRequest { size, ..TableRequest::new(name) }.resolve().unwrap()
+}
+
+fn baked(job: &TableJob) -> Texture {
+    job.run(&Backend::Cpu, &mut ignore).unwrap()
+}
+
+/// The failures that a spot check of a fresh bake states.
+fn failures(job: &TableJob, texture: &Texture) -> Vec<String> {
+    check(job, texture, None, Extent::Spot, &mut ignore).unwrap().failures
+}
+
+/// Bakes, breaks, checks; the untouched table must pass and the broken one must not.
+fn rejects(name: &str, fault: impl Fn(&mut Texture)) {
+    let job = job(name);
+    let mut texture = baked(&job);
+    assert_eq!(failures(&job, &texture), Vec::<String>::new(), "the sound table must pass");
+    fault(&mut texture);
+    assert!(!failures(&job, &texture).is_empty(), "the fault was not seen");
+}
+
+#[test]
+fn scale_by_a_thousandth_is_seen() {
+    rejects("split-sum", |t| t.levels[0].iter_mut().for_each(|v| *v *= 1.001));
+    rejects("albedo", |t| t.levels[0].iter_mut().for_each(|v| *v *= 0.999));
+    rejects("average-albedo", |t| t.levels[0].iter_mut().for_each(|v| *v *= 0.999));
+}
+
+#[test]
+fn scale_by_a_few_microunits_is_seen() {
+    rejects("split-sum", |t| t.levels[0].iter_mut().for_each(|v| *v *= 1.0 - 4e-6));
+}
+
+#[test]
+fn shifted_row_is_seen() {
+    rejects("split-sum", |t| t.levels[0].rotate_right(32 * 2));
+    rejects("albedo", |t| t.levels[0].rotate_right(32));
+}
+
+#[test]
+fn shifted_column_is_seen() {
+    rejects("split-sum", |t| t.levels[0].rotate_left(2));
+}
+
+#[test]
+fn flipped_table_is_seen() {
+    rejects("albedo", |t| t.levels[0].reverse());
+}
+
+#[test]
+fn swapped_channels_are_seen() {
+    rejects("split-sum", |t| t.levels[0].chunks_exact_mut(2).for_each(|p| p.swap(0, 1)));
+}
+
+#[test]
+fn one_nan_is_seen() {
+    for at in [0, 1001, 2047] {
+        rejects("split-sum", |t| t.levels[0][at] = f32::NAN);
+    }
+}
+
+#[test]
+fn one_value_above_one_is_seen() {
+    rejects("albedo", |t| t.levels[0][517] = 1.01);
+}
+
+#[test]
+fn alpha_for_roughness_is_seen() {
+    // A table whose rows hold alpha where roughness is stated.
+    let stated = job("split-sum");
+    let mut texture = baked(&stated);
+    for y in 0..32 {
+        for x in 0..32 {
+            let mut at = stated.at(x, y);
+            at.roughness = at.roughness.sqrt();
+            let wrong = stated.rule(at);
+            let texel = (y * 32 + x) as usize * 2;
+            texture.levels[0][texel] = wrong[0] as f32;
+            texture.levels[0][texel + 1] = wrong[1] as f32;
+        }
+    }
+    assert!(!failures(&stated, &texture).is_empty());
+}
+
+#[test]
+fn other_geometry_term_is_seen() {
+    let stated = job("albedo");
+    let other = TableRequest { visibility: "smith-uncorrelated".into(), size: (32, 32), ..TableRequest::new("albedo") };
+    assert!(!failures(&stated, &baked(&other.resolve().unwrap())).is_empty());
+}
+
+#[test]
+fn edges_for_centers_are_seen() {
+    let stated = job("split-sum");
+    let other = TableRequest { points: Points::Edges, size: (32, 32), ..TableRequest::new("split-sum") };
+    assert!(!failures(&stated, &baked(&other.resolve().unwrap())).is_empty());
+}
+
+#[test]
+fn stored_half_off_by_two_ulp_is_seen_by_a_full_check() {
+    let job = job("split-sum");
+    let encoding = Encoding::parse("rg16f").unwrap();
+    let mut texture = baked(&job);
+    texture.levels[0].iter_mut().for_each(|v| *v = half::f16::from_f32(*v).to_f32());
+    let full = |t: &Texture| check(&job, t, Some(encoding), Extent::Full, &mut ignore).unwrap().failures;
+    assert_eq!(full(&texture), Vec::<String>::new());
+    let bits = half::f16::from_f32(texture.levels[0][999]).to_bits();
+    texture.levels[0][999] = half::f16::from_bits(bits + 2).to_f32();
+    assert_eq!(full(&texture).len(), 2, "twin and truth both see it");
+}
+
+#[test]
+fn systematic_error_within_the_worst_bound_lifts_the_median() {
+    // 6e-7 everywhere is within the worst bound of 1e-6, but no rounding looks like that.
+    rejects("albedo", |t| t.levels[0].iter_mut().for_each(|v| *v -= 6e-7));
+}
+
+#[test]
+fn cancelled_bake_ends_with_cancelled() {
+    let mut ticks = 0;
+    let result = job("albedo").run(&Backend::Cpu, &mut |_| {
+        ticks += 1;
+        std::ops::ControlFlow::Break(())
+    });
+    assert!(matches!(result, Err(brdf_baker::Error::Cancelled)) && ticks == 1);
+}
