@@ -1,0 +1,280 @@
+//! The command line as a user meets it: results, exit codes, and no file left behind.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use tempfile::TempDir;
+
+/// A command with its own empty folder, on the processor, so that no test needs a driver.
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_brdf-baker"));
+    command.current_dir(folder).args(arguments).args(["--device", "cpu"]).stdin(Stdio::null());
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    std::fs::read_dir(folder).expect("readable").map(|e| e.expect("readable").path()).collect()
+}
+
+/// Runs and expects success; returns stdout.
+fn succeeds(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Runs and expects exit code 2, the words on stderr, nothing on stdout, and no new file.
+fn fails(folder: &Path, arguments: &[&str], words: &[&str]) {
+    let before = files(folder);
+    let output = run(folder, arguments);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+    for word in words {
+        assert!(stderr.contains(word), "{arguments:?}: '{word}' is not in: {stderr}");
+    }
+    assert!(output.stdout.is_empty(), "{arguments:?} wrote to stdout");
+    assert!(!stderr.contains("panicked"), "{arguments:?}: {stderr}");
+    assert_eq!(before, files(folder), "{arguments:?} left a file");
+}
+
+#[test]
+fn every_container_is_baked_verified_and_described() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    for (table, file) in [
+        ("split-sum", "a.ktx2"),
+        ("split-sum", "b.exr"),
+        ("split-sum", "c.hdr"),
+        ("split-sum", "d.png"),
+        ("albedo", "e.ktx2"),
+        ("average-albedo", "f.exr"),
+    ] {
+        let line = succeeds(here, &["bake", table, "-o", file, "--size", "32"]);
+        assert!(line.starts_with(file) && line.contains("max error") && line.trim_end().ends_with("cpu"), "{line}");
+        assert_eq!(line.lines().count(), 1);
+        assert!(succeeds(here, &["verify", file]).contains("right"));
+        let info = succeeds(here, &["info", file]);
+        for word in [table, "ggx", "smith", "centers", "ascending", "error.worst"] {
+            assert!(info.contains(word), "'{word}' is not in: {info}");
+        }
+    }
+}
+
+#[test]
+fn json_is_one_object_a_line() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    for arguments in [
+        vec!["bake", "split-sum", "-o", "a.ktx2", "--size", "32x16", "--json"],
+        vec!["verify", "a.ktx2", "--json"],
+        vec!["info", "a.ktx2", "--json"],
+        vec!["list", "--json"],
+    ] {
+        for line in succeeds(here, &arguments).lines() {
+            let value: serde_json::Value = serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}"));
+            assert!(value.is_object());
+            if arguments[0] == "bake" {
+                assert_eq!((&value["width"], &value["height"]), (&32.into(), &16.into()));
+                assert!(value["max_error"].as_f64().unwrap() <= 1e-6);
+            }
+            if arguments[0] == "verify" {
+                assert_eq!(value["passed"], true);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_flag_is_stated_in_the_file() {
+    let folder = TempDir::new().unwrap();
+    let arguments = [
+        "bake",
+        "split-sum",
+        "-o",
+        "a.ktx2",
+        "--size",
+        "16x8",
+        "--visibility",
+        "smith-uncorrelated",
+        "--ndf",
+        "ggx",
+        "--axes",
+        "roughness,n_dot_v",
+        "--points",
+        "edges",
+        "--flip-v",
+        "--channels",
+        "bias,albedo",
+        "--encoding",
+        "rg32f",
+    ];
+    succeeds(folder.path(), &arguments);
+    let info: serde_json::Value =
+        serde_json::from_str(&succeeds(folder.path(), &["info", "a.ktx2", "--json"])).unwrap();
+    assert_eq!((&info["width"], &info["height"]), (&16.into(), &8.into()));
+    assert_eq!(info["encoding"], "rg32f");
+    assert_eq!(info["channels"], serde_json::json!(["bias", "albedo"]));
+    for (key, value) in [
+        ("visibility", "smith-uncorrelated"),
+        ("axes", "roughness,n_dot_v"),
+        ("points", "edges"),
+        ("order", "ascending,descending"),
+    ] {
+        assert_eq!(info["meta"][key], value, "{key}");
+    }
+    assert!(succeeds(folder.path(), &["verify", "a.ktx2", "--full"]).contains("right"));
+}
+
+#[test]
+fn bad_requests_are_refused_before_any_work() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    std::fs::create_dir(here.join("folder.ktx2")).unwrap();
+    let bake = |extra: &[&'static str]| [&["bake", "split-sum", "-o", "out.ktx2"], extra].concat();
+    for (arguments, words) in [
+        (bake(&["--size", "0"]), vec!["0 texels", "--size"]),
+        (bake(&["--size", "100000"]), vec!["100000", "8192"]),
+        (bake(&["--size", "big"]), vec!["big"]),
+        (bake(&["--points", "edges", "--size", "1"]), vec!["1 texels", "from 2"]),
+        (bake(&["--ndf", "gxg"]), vec!["gxg", "did you mean 'ggx'"]),
+        (bake(&["--visibility", "smiht"]), vec!["smiht", "did you mean 'smith'"]),
+        (bake(&["--axes", "n_dot_v"]), vec!["axes", "n_dot_v,roughness"]),
+        (bake(&["--axes", "n_dot_v,n_dot_v"]), vec!["axes"]),
+        (bake(&["--axes", "n_dot_v,rough"]), vec!["rough", "known are"]),
+        (bake(&["--channels", "scael"]), vec!["scael", "did you mean 'scale'"]),
+        (bake(&["--points", "corners"]), vec!["corners", "centers"]),
+        (bake(&["--encoding", "rg15f"]), vec!["rg15f", "did you mean 'rg16f'"]),
+        (bake(&["--encoding", "r16f"]), vec!["r16f"]),
+        (bake(&["--encoding", "rgbe8"]), vec!["rgbe8", "KTX2"]),
+        (bake(&["--sizes", "4"]), vec!["--sizes", "--size"]),
+        (vec!["bake", "split-sums", "-o", "out.ktx2"], vec!["split-sums", "did you mean 'split-sum'"]),
+        (vec!["bake", "split-sum", "-o", "out.tga"], vec!["tga", "ktx2"]),
+        (vec!["bake", "split-sum", "-o", "out"], vec!["out", "extension"]),
+        (vec!["bake", "split-sum", "-o", "missing/out.ktx2"], vec!["missing/out.ktx2", "create the folder"]),
+        (vec!["bake", "split-sum", "-o", "folder.ktx2"], vec!["folder.ktx2"]),
+        (vec!["bake", "average-albedo", "-o", "out.ktx2", "--size", "8x4"], vec!["one axis", "--size 8"]),
+        (vec!["verify", "missing.ktx2"], vec!["missing.ktx2"]),
+        (vec!["info", "folder.ktx2"], vec!["folder.ktx2"]),
+    ] {
+        fails(here, &arguments, &words);
+    }
+}
+
+#[test]
+fn file_that_is_not_what_its_name_says_is_refused() {
+    let folder = TempDir::new().unwrap();
+    for name in ["a.ktx2", "a.exr", "a.hdr", "a.png"] {
+        std::fs::write(folder.path().join(name), "just a line of text\n").unwrap();
+        fails(folder.path(), &["info", name], &[name]);
+        fails(folder.path(), &["verify", name], &[name]);
+    }
+}
+
+#[test]
+fn missing_device_is_an_error_that_lists_those_found() {
+    let folder = TempDir::new().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_brdf-baker"))
+        .current_dir(folder.path())
+        .args(["bake", "split-sum", "-o", "out.ktx2", "--device", "no such device"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = text(&output.stderr);
+    assert!(
+        stderr.contains("no such device") && stderr.contains("found:") || stderr.contains("no Vulkan loader"),
+        "{stderr}"
+    );
+    assert!(files(folder.path()).is_empty());
+}
+
+#[test]
+fn without_a_driver_auto_bakes_on_the_processor_and_says_so() {
+    let folder = TempDir::new().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_brdf-baker"))
+        .current_dir(folder.path())
+        .args(["bake", "albedo", "-o", "out.ktx2", "--size", "16"])
+        // A loader that finds no driver reports no device.
+        .env("VK_DRIVER_FILES", "/nonexistent.json")
+        .env("VK_ICD_FILENAMES", "/nonexistent.json")
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).trim_end().ends_with("cpu"));
+}
+
+#[test]
+fn wrong_file_fails_verification_with_exit_code_1() {
+    let folder = TempDir::new().unwrap();
+    succeeds(folder.path(), &["bake", "split-sum", "-o", "a.ktx2", "--size", "32"]);
+    let path = folder.path().join("a.ktx2");
+    let mut bytes = std::fs::read(&path).unwrap();
+    // The last level ends the file: move its rows by one.
+    let texels = bytes.len() - 32 * 32 * 4;
+    bytes[texels..].rotate_right(32 * 4);
+    std::fs::write(&path, bytes).unwrap();
+    let output = run(folder.path(), &["verify", "a.ktx2"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("WRONG") && text(&output.stderr).contains("instead of"));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_with_130_and_leaves_no_file() {
+    let folder = TempDir::new().unwrap();
+    let mut child = command(folder.path(), &["bake", "split-sum", "-o", "out.ktx2", "--size", "4096"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(files(folder.path()).is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn unwritable_folder_is_refused() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = TempDir::new().unwrap();
+    let locked = folder.path().join("locked");
+    std::fs::create_dir(&locked).unwrap();
+    std::fs::set_permissions(&locked, PermissionsExt::from_mode(0o555)).unwrap();
+    // The superuser may write anywhere; /proc refuses even that.
+    let target = if std::fs::write(locked.join("probe"), "").is_ok() { "/proc/out.ktx2" } else { "locked/out.ktx2" };
+    let output = run(folder.path(), &["bake", "split-sum", "-o", target]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains(target), "{}", text(&output.stderr));
+}
+
+#[test]
+fn help_of_each_command_ends_with_two_examples() {
+    let folder = TempDir::new().unwrap();
+    for command in ["bake", "env", "verify", "info", "devices", "list", "completions"] {
+        let help =
+            text(&Command::new(env!("CARGO_BIN_EXE_brdf-baker")).args([command, "--help"]).output().unwrap().stdout);
+        let examples = help.split("Examples:").nth(1).unwrap_or_else(|| panic!("{command} --help has no examples"));
+        assert_eq!(examples.lines().filter(|l| l.trim().starts_with("brdf-baker ")).count(), 2, "{command}");
+    }
+    assert!(succeeds(folder.path(), &["completions", "bash"]).contains("brdf-baker"));
+}
+
+#[test]
+fn lists_come_from_the_registries() {
+    let folder = TempDir::new().unwrap();
+    let all = succeeds(folder.path(), &["list"]);
+    for name in ["split-sum", "albedo", "average-albedo", "ggx", "smith-uncorrelated", "rg16f"] {
+        assert!(all.contains(name), "{name}");
+    }
+    let tables = succeeds(folder.path(), &["list", "tables"]);
+    assert!(tables.contains("split-sum") && !tables.contains("rg16f"));
+}
