@@ -17,13 +17,14 @@ export DEMO_DIR
 # Expanded only when a recipe runs, after setup has decided how to get shaderc.
 CARGO_FLAGS = --locked $(shell sh scripts/setup.sh --cargo-flags)
 
-.PHONY: help setup build demo test bench clean-demo
+.PHONY: help setup build demo test test-readers bench clean-demo
 
 help:
 	@echo 'make setup       install what is missing: Vulkan loader and driver, validation layers, shaderc'
 	@echo 'make build       build target/release/brdf-baker'
-	@echo 'make demo        bake a set of example tables into $(DEMO_DIR)/'
+	@echo 'make demo        bake two tables and an environment into $(DEMO_DIR)/, verify and draw them'
 	@echo 'make test        run all tests'
+	@echo 'make test-readers  read every format back with OpenImageIO, OpenEXR, Pillow and ktx-parse'
 	@echo 'make bench       run the benchmarks'
 	@echo 'make clean-demo  delete $(DEMO_DIR)/'
 
@@ -34,11 +35,15 @@ build: setup
 	cargo build --release $(CARGO_FLAGS)
 
 demo: build
-	sh scripts/demo.sh
+	CARGO_DEMO_FLAGS="$$(sh scripts/setup.sh --cargo-flags)" sh scripts/demo.sh
 
 # The release profile here too, so that everything is compiled only once.
 test: setup
 	cargo test --release $(CARGO_FLAGS)
+
+# Needs Python and node, which the script installs where apt can.
+test-readers: setup
+	sh tests/readers/run.sh
 
 bench: setup
 	cargo bench $(CARGO_FLAGS)

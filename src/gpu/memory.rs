@@ -41,7 +41,7 @@ impl Buffer {
 
     /// Memory of the first of `wishes` that the device has.
     fn with(device: &Arc<Device>, name: &str, size_bytes: u64, wishes: &[vk::MemoryPropertyFlags]) -> Result<Buffer> {
-        if size_bytes == 0 || size_bytes % 4 != 0 || size_bytes > device.info.max_buffer_bytes {
+        if size_bytes == 0 || !size_bytes.is_multiple_of(4) || size_bytes > device.info.max_buffer_bytes {
             let detail =
                 format!("{size_bytes} bytes asked for, the device allows up to {}", device.info.max_buffer_bytes);
             return Err(Error::Gpu { op: format!("allocate '{name}'"), detail });

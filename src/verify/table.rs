@@ -141,8 +141,10 @@ pub fn check(
                     continue;
                 }
                 bad = true;
-                if worst.is_none_or(|(.., excess)| !(error - allowed <= excess)) {
-                    worst = Some((compared, channel, error - allowed));
+                // NaN is the worst of all: `max` by total order keeps it.
+                let excess = error - allowed;
+                if worst.is_none_or(|(.., before)| excess.total_cmp(&before).is_gt()) {
+                    worst = Some((compared, channel, excess));
                 }
             }
             bad_texels += usize::from(bad);
@@ -223,7 +225,7 @@ fn laws(job: &TableJob, texture: &Texture, stored: Option<Encoding>, failures: &
             }
             if let (Some(scale), Some(bias)) = (scale, bias) {
                 let e = f64::from(texel[scale]) + f64::from(texel[bias]);
-                if !(e <= 1.0 + 2.0 * slack(1.0)) {
+                if e.is_nan() || e > 1.0 + 2.0 * slack(1.0) {
                     broken.push((format!("scale + bias is {e}, more than 1"), [x, y]));
                 }
                 if let Some(albedo) = albedo

@@ -35,6 +35,6 @@ fi
 cp "$readers/read.mjs" "$work/" # node looks for modules beside the script
 
 rm -rf "$samples"
-cargo run --quiet --example write_samples -- "$samples"
+cargo run --quiet --release --example write_samples -- "$samples"
 "$work/venv/bin/python" "$readers/read.py" "$samples"
 node "$work/read.mjs" "$samples"

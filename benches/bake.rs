@@ -1,0 +1,91 @@
+//! CPU seconds of whole processes (user + system, all threads: a shared machine's wall clock says little), with the error
+//! that the bake itself measured. `cargo bench` prints a table; `cargo bench -- --json` one object a line.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+/// Runs of each command after one that warms the driver's shader cache.
+const RUNS: usize = 5;
+
+/// CPU seconds of all children that this process has waited for, from `/proc/self/stat`; `None` where that is missing.
+fn children_cpu_seconds() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+    // Fields 16 and 17 of proc(5), counted from 1; the rest after the command starts at 3. 100 ticks a second.
+    let ticks: f64 = fields.get(13)?.parse::<f64>().ok()? + fields.get(14)?.parse::<f64>().ok()?;
+    Some(ticks / 100.0)
+}
+
+fn main() {
+    let as_json = std::env::args().any(|a| a == "--json");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut rows: Vec<(String, Vec<String>)> = vec![];
+    let mut add = |title: &str, arguments: &[&str]| {
+        rows.push((title.into(), arguments.iter().map(|a| a.to_string()).collect()));
+    };
+    add("split-sum 256", &["bake", "split-sum", "-o", "a.ktx2"]);
+    add("split-sum 512", &["bake", "split-sum", "-o", "a.ktx2", "--size", "512"]);
+    add("split-sum 1024", &["bake", "split-sum", "-o", "a.ktx2", "--size", "1024"]);
+    add("split-sum 512, cpu", &["bake", "split-sum", "-o", "a.ktx2", "--size", "512", "--device", "cpu"]);
+    add(
+        "split-sum 512, uncorrelated",
+        &["bake", "split-sum", "-o", "a.ktx2", "--size", "512", "--visibility", "smith-uncorrelated"],
+    );
+    add("albedo 512", &["bake", "albedo", "-o", "a.ktx2", "--size", "512"]);
+    add("average-albedo 256", &["bake", "average-albedo", "-o", "a.ktx2"]);
+
+    if !as_json {
+        println!("{:32} {:>8} {:>8} {:>10} {:>10}  device", "bake", "CPU s", "wall s", "max error", "median");
+    }
+    for (title, arguments) in rows {
+        let row = measure(folder.path(), &title, &arguments);
+        if as_json {
+            println!("{row}");
+        } else {
+            println!(
+                "{title:32} {:8.2} {:8.2} {:>10.1e} {:>10.1e}  {}",
+                row["cpu_seconds"].as_f64().unwrap_or(f64::NAN),
+                row["wall_seconds"].as_f64().unwrap_or(f64::NAN),
+                row["max_error"].as_f64().unwrap_or(f64::NAN),
+                row["median_error"].as_f64().unwrap_or(f64::NAN),
+                row["device"].as_str().unwrap_or("?")
+            );
+        }
+    }
+}
+
+/// Medians over the runs.
+fn measure(folder: &Path, title: &str, arguments: &[String]) -> Value {
+    let (mut cpu, mut wall, mut last) = (vec![], vec![], Value::Null);
+    for run in 0..=RUNS {
+        let before = children_cpu_seconds();
+        let start = std::time::Instant::now();
+        let output = Command::new(env!("CARGO_BIN_EXE_brdf-baker"))
+            .current_dir(folder)
+            .args(arguments)
+            .arg("--json")
+            .output()
+            .expect("the program starts");
+        let seconds = start.elapsed().as_secs_f64();
+        assert!(output.status.success(), "{title}: {}", String::from_utf8_lossy(&output.stderr));
+        last = serde_json::from_slice(&output.stdout).expect("one JSON object");
+        if run > 0 {
+            wall.push(seconds);
+            cpu.extend(children_cpu_seconds().zip(before).map(|(after, before)| after - before));
+        }
+    }
+    let median = |mut v: Vec<f64>| {
+        v.sort_by(f64::total_cmp);
+        v.get(v.len() / 2).copied()
+    };
+    json!({
+        "bake": title,
+        "cpu_seconds": median(cpu),
+        "wall_seconds": median(wall),
+        "max_error": last["max_error"],
+        "median_error": last["median_error"],
+        "device": last["device"],
+    })
+}

@@ -1,0 +1,31 @@
+#!/bin/sh
+# Bakes a split-sum table, an albedo table and an environment, verifies all three, and draws them.
+set -eu
+cd "$(dirname "$0")/.."
+
+out=${DEMO_DIR:-demo-out}
+baker=target/release/brdf-baker
+mkdir -p "$out"
+
+# Prints a command, then runs it.
+show() {
+    printf '\n$ %s\n' "$*"
+    "$@"
+}
+
+# shellcheck disable=SC2086 # flags are words
+example() {
+    name=$1
+    shift
+    cargo run --quiet --release --locked ${CARGO_DEMO_FLAGS:-} --example "$name" -- "$@"
+}
+
+example make_sky "$out/sky.exr"
+show $baker bake split-sum -o "$out/dfg.ktx2"
+show $baker bake albedo -o "$out/albedo.exr" --size 64 --encoding r32f
+show $baker env "$out/sky.exr" -o "$out/sky.ktx2"
+show $baker verify "$out/dfg.ktx2"
+show $baker verify "$out/albedo.exr"
+show $baker verify "$out/sky.ktx2"
+example contact_sheet "$out/dfg.ktx2" "$out/sky.ktx2" "$out/preview.png"
+printf '\nLook at %s/preview.png: the table, and the environment from smooth to rough.\n' "$out"
