@@ -1,4 +1,37 @@
-//! Bakes the lookup tables of physically based shading by deterministic quadrature.
+//! Bakes the lookup tables of physically based shading by deterministic quadrature: the right number in every texel, its
+//! error stated in the file.
+//!
+//! ```
+//! use brdf_baker::bake::{Backend, TableRequest};
+//! use brdf_baker::progress::ignore;
+//! use brdf_baker::verify::table::{Extent, check};
+//!
+//! // 16 × 16 texels of the split-sum table of GGX with height-correlated Smith, on the processor.
+//! let job = TableRequest { size: (16, 16), ..TableRequest::new("split-sum") }.resolve()?;
+//! let table = job.run(&Backend::Cpu, &mut ignore)?;
+//! let [scale, bias] = table.texel(0, 0, 15, 0) else { unreachable!("two channels") };
+//! assert!((scale + bias - 1.0).abs() < 1e-3); // smooth: nothing is lost
+//!
+//! // Compare with independent adaptive integration.
+//! let report = check(&job, &table, None, Extent::Spot, &mut ignore)?;
+//! assert!(report.failures.is_empty() && report.worst() < 1e-6);
+//! # Ok::<(), brdf_baker::Error>(())
+//! ```
+//!
+//! # Concepts
+//! - A **table** ([`bake::TABLES`]) is a function of n·v and roughness; a **model** ([`bake::Model`]) is the distribution
+//!   and the geometry term that it is computed for.
+//! - A **rule** ([`rule`]) is a fixed quadrature. It runs as a Vulkan kernel in f32 and as its **twin** in f64.
+//! - The **truth** ([`verify::truth`]) is adaptive f64 integration in other coordinates, with an error bound.
+//! - A [`bake::Backend`] is a Vulkan device or the processor; a [`texture::Texture`] travels between all modules; a
+//!   [`format::Format`] writes and reads it.
+//!
+//! # Conventions
+//! The normal is +Z; `v`, `l`, `h` are unit vectors that point away from the surface. `roughness` is perceptual, in
+//! [0, 1]; the width of a distribution is `alpha = roughness²`. BRDFs are per steradian. Tables have row 0 at the lowest
+//! coordinate unless flipped, and a texel's value belongs to its center, (i + ½)/N, unless edges, i/(N − 1), are asked for.
+//!
+//! Minimum supported Rust version: 1.88.
 #![deny(unsafe_code)]
 
 pub mod axis;
