@@ -49,3 +49,8 @@ pub mod texture;
 pub mod verify;
 
 pub use error::{Error, Result};
+
+/// The README's examples run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

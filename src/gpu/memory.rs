@@ -152,3 +152,34 @@ fn memory_type(
         types.iter().enumerate().find(fits).map(|(i, _)| (i as u32, *wish))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::Gpu;
+
+    /// Cards without host-visible device memory copy through a staging buffer; a software device can do so too.
+    #[test]
+    fn staged_buffer_holds_what_was_written() {
+        let Ok(gpu) = Gpu::open("auto", true) else {
+            assert!(std::env::var_os("REQUIRE_GPU").is_none(), "REQUIRE_GPU is set, but there is no Vulkan device");
+            eprintln!("skipped: no Vulkan device");
+            return;
+        };
+        let data: Vec<u32> = (0..1000).collect();
+        let mut buffer = Buffer::with(&gpu.0, "staged", 4000, &[vk::MemoryPropertyFlags::DEVICE_LOCAL]).unwrap();
+        assert!(buffer.mapped.is_none());
+        gpu.write(&mut buffer, &data).unwrap();
+        assert_eq!(gpu.read::<u32>(&buffer).unwrap(), data);
+        drop(buffer);
+        assert_eq!(gpu.close(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn impossible_size_is_an_error() {
+        let Ok(gpu) = Gpu::open("auto", false) else { return };
+        for size_bytes in [0, 3, u64::MAX - 3] {
+            assert!(gpu.buffer("impossible", size_bytes).is_err(), "{size_bytes}");
+        }
+    }
+}

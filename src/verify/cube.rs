@@ -1,0 +1,238 @@
+//! Checks a prefiltered cube without its source: what any correct one obeys, and each mip against a brute-force
+//! convolution of the file's own mip 0.
+//!
+//! Mip 0 is taken as piecewise constant over its texels. The source was sharper than that, so the expected difference
+//! grows as lobes get narrower: a box of angular size s widens a lobe of width alpha by a relative s²/(12 alpha²), which
+//! the bound of each mip allows for, beside the rounding of the encoding.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::table::Extent;
+use crate::error::Result;
+use crate::format::Encoding;
+use crate::ndf::{alpha_of, ggx};
+use crate::progress::{OnProgress, tick};
+use crate::quadrature::gauss_legendre::gauss_legendre;
+use crate::term::cube;
+use crate::texture::Texture;
+
+/// Texels a mip of a spot check; a full check looks at this many times more.
+const SPOT_TEXELS: usize = 12;
+const FULL_FACTOR: usize = 16;
+/// A cell of the brute-force sum spans at most this share of the lobe, or of the distance to its centre.
+const CELL_SHARE: f64 = 0.35;
+
+/// One mip beside the convolution of mip 0.
+#[derive(Clone, Debug, Serialize)]
+pub struct MipReport {
+    /// Which mip.
+    pub mip: usize,
+    /// Perceptual roughness that it holds.
+    pub roughness: f64,
+    /// Texels compared.
+    pub texels: usize,
+    /// Root mean square of the relative differences.
+    pub rms: f64,
+    /// Largest relative difference.
+    pub worst: f64,
+    /// What `rms` may be.
+    pub bound: f64,
+}
+
+/// What a check found.
+#[derive(Clone, Debug, Serialize)]
+pub struct CubeReport {
+    /// Mip by mip, from mip 1.
+    pub mips: Vec<MipReport>,
+    /// Mean radiance of mip 0, per channel.
+    pub mean: [f64; 3],
+    /// What is wrong, in sentences; empty when everything holds.
+    pub failures: Vec<String>,
+}
+
+/// Texel of mip 0: direction of its centre, radiance, and its place on a face.
+struct Cell {
+    face: u32,
+    s: f64,
+    t: f64,
+    direction: [f64; 3],
+    radiance: [f64; 3],
+}
+
+/// Checks a cube whose mip m holds `roughness[m]` of the GGX kernel.
+pub fn check(
+    texture: &Texture,
+    roughness: &[f64],
+    encoding: Encoding,
+    extent: Extent,
+    on: &mut OnProgress<'_>,
+) -> Result<CubeReport> {
+    let mut failures = vec![];
+    if roughness.len() != texture.levels.len() {
+        failures.push(format!("{} mips, but {} roughness values are stated", texture.levels.len(), roughness.len()));
+    }
+    for (mip, level) in texture.levels.iter().enumerate() {
+        if let Some(bad) = level.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
+            failures.push(format!("mip {mip} holds {} at value {bad}", level[bad]));
+        }
+    }
+    let cells = cells(texture);
+    let mean = mean(texture, 0);
+    if !failures.is_empty() {
+        return Ok(CubeReport { mips: vec![], mean, failures });
+    }
+
+    // No convolution is brighter than its source; stored values may be half a step more.
+    let brightest = |level: &[f32]| f64::from(level.iter().copied().fold(0.0, f32::max));
+    let top = brightest(&texture.levels[0]);
+    let texel_rad = 2.0 / f64::from(texture.width);
+    let mut mips = vec![];
+    for mip in 1..texture.levels.len().min(roughness.len()) {
+        tick(on, "verify: mips", mip as f64 / texture.levels.len() as f64)?;
+        let peak = brightest(&texture.levels[mip]);
+        // The point sample of a sharp lobe may exceed a box average; beyond mip 0's texels it may not.
+        let alpha = alpha_of(roughness[mip]);
+        let blur = (texel_rad / alpha).powi(2) / 12.0;
+        if peak > top * (1.0 + blur + 1e-3) {
+            failures.push(format!("mip {mip} reaches {peak}, more than mip 0's {top}"));
+        }
+        let wanted = if extent == Extent::Full { SPOT_TEXELS * FULL_FACTOR } else { SPOT_TEXELS };
+        let chosen = spread(texture, mip, wanted);
+        let errors: Vec<f64> = chosen
+            .par_iter()
+            .flat_map_iter(|(face, x, y)| {
+                let (size, _) = texture.level_size(mip);
+                let place = |i: u32| (2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0;
+                let n = normalized(cube::direction(*face, place(*x), place(*y)));
+                let expected = convolve(&cells, texel_rad, n, alpha);
+                let found = texture.texel(mip, *face, *x, *y);
+                (0..3).map(|c| relative(f64::from(found[c]), expected[c])).collect::<Vec<_>>()
+            })
+            .collect();
+        let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        let step = 2.0 * encoding.half_ulp_at(1.0, 1.0);
+        let report = MipReport {
+            mip,
+            roughness: roughness[mip],
+            texels: chosen.len(),
+            rms,
+            worst: errors.iter().copied().fold(0.0, f64::max),
+            bound: 2e-3 + step + blur,
+        };
+        if errors.is_empty() || rms.is_nan() || rms > report.bound {
+            failures.push(format!(
+                "mip {mip} (roughness {:.4}) differs from the convolution of mip 0 by {rms:.1e} rms, more than {:.1e}",
+                report.roughness, report.bound
+            ));
+        }
+        mips.push(report);
+    }
+    Ok(CubeReport { mips, mean, failures })
+}
+
+/// Mean radiance over the sphere of a level.
+pub fn mean(texture: &Texture, mip: usize) -> [f64; 3] {
+    let (size, _) = texture.level_size(mip);
+    let (mut sum, mut total) = ([0.0; 3], 0.0);
+    for face in 0..6 {
+        for y in 0..size {
+            for x in 0..size {
+                let corner = |i: u32| 2.0 * f64::from(i) / f64::from(size) - 1.0;
+                let (s0, t0, s1, t1) = (corner(x), corner(y), corner(x + 1), corner(y + 1));
+                let up_to = |s: f64, t: f64| (s * t).atan2((1.0 + s * s + t * t).sqrt());
+                let solid_angle_sr = up_to(s1, t1) - up_to(s0, t1) - up_to(s1, t0) + up_to(s0, t0);
+                let texel = texture.texel(mip, face, x, y);
+                sum.iter_mut().zip(texel).for_each(|(s, v)| *s += solid_angle_sr * f64::from(*v));
+                total += solid_angle_sr;
+            }
+        }
+    }
+    sum.map(|s| s / total)
+}
+
+fn relative(found: f64, expected: f64) -> f64 {
+    (found - expected).abs() / expected.abs().max(1e-6)
+}
+
+fn normalized(v: [f64; 3]) -> [f64; 3] {
+    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    v.map(|x| x / length)
+}
+
+fn cells(texture: &Texture) -> Vec<Cell> {
+    let size = texture.width;
+    let place = |i: u32| (2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0;
+    let mut cells = Vec::with_capacity(6 * (size * size) as usize);
+    for face in 0..6 {
+        for y in 0..size {
+            for x in 0..size {
+                let (s, t) = (place(x), place(y));
+                let texel = texture.texel(0, face, x, y);
+                let radiance = [texel[0], texel[1], texel[2]].map(f64::from);
+                cells.push(Cell { face, s, t, direction: normalized(cube::direction(face, s, t)), radiance });
+            }
+        }
+    }
+    cells
+}
+
+/// ∫ L(l) D(h) (n·l) dω / ∫ D(h) (n·l) dω with n = v (Karis 2013), L constant over the cells: each cell is cut until it
+/// is small beside the lobe or beside its distance from the lobe's centre.
+fn convolve(cells: &[Cell], size: f64, n: [f64; 3], alpha: f64) -> [f64; 3] {
+    let rule = gauss_legendre(2);
+    let (mut sum, mut norm) = ([0.0; 3], 0.0);
+    for cell in cells {
+        let cos = cell.direction.iter().zip(n).map(|(a, b)| a * b).sum::<f64>();
+        if cos < -size {
+            continue;
+        }
+        let away = (2.0 - 2.0 * cos).max(0.0).sqrt() - size;
+        let parts = (size / (CELL_SHARE * away.max(alpha))).ceil().clamp(1.0, 64.0) as u32;
+        let step = size / f64::from(parts);
+        let mut weight = 0.0;
+        for i in 0..parts {
+            for j in 0..parts {
+                let (s0, t0) = (cell.s + (f64::from(i) + 0.5) * step - 0.5 * size, cell.t + (f64::from(j) + 0.5) * step - 0.5 * size);
+                for a in &rule {
+                    for b in &rule {
+                        let (s, t) = (s0 + 0.5 * step * a.x, t0 + 0.5 * step * b.x);
+                        let length2 = 1.0 + s * s + t * t;
+                        let l = cube::direction(cell.face, s, t);
+                        let n_dot_l = l.iter().zip(n).map(|(a, b)| a * b).sum::<f64>() / length2.sqrt();
+                        if n_dot_l > 0.0 {
+                            let d = ggx::d(0.5 * (1.0 + n_dot_l), 0.5 * (1.0 - n_dot_l), alpha);
+                            weight += 0.25 * step * step * d * n_dot_l / (length2 * length2.sqrt());
+                        }
+                    }
+                }
+            }
+        }
+        sum.iter_mut().zip(cell.radiance).for_each(|(s, r)| *s += weight * r);
+        norm += weight;
+    }
+    sum.map(|s| s / norm)
+}
+
+/// About `count` texels of a mip, spread over the faces by the golden ratio, with the brightest one among them.
+fn spread(texture: &Texture, mip: usize, count: usize) -> Vec<(u32, u32, u32)> {
+    let (size, _) = texture.level_size(mip);
+    let total = 6 * size as usize * size as usize;
+    let texel = |i: usize| {
+        let (face, rest) = (i / (size * size) as usize, i % (size * size) as usize);
+        (face as u32, rest as u32 % size, rest as u32 / size)
+    };
+    let channels = texture.channels.len();
+    let level = &texture.levels[mip];
+    let brightness = |i: &usize| level[i * channels..i * channels + 3].iter().sum::<f32>();
+    let brightest = (0..total).max_by(|a, b| brightness(a).total_cmp(&brightness(b))).unwrap_or(0);
+    let mut list: Vec<usize> = if total <= count {
+        (0..total).collect()
+    } else {
+        (0..count).map(|i| ((i as f64 + 0.5) * 0.618_033_988_749_894_9 % 1.0 * total as f64) as usize).collect()
+    };
+    list.push(brightest);
+    list.sort();
+    list.dedup();
+    list.into_iter().map(texel).collect()
+}
