@@ -327,7 +327,10 @@ impl TableJob {
         );
         if let [_, y] = self.axes[..] {
             let name = y.coordinate.name();
-            meta.set("rows", format!("row 0 is the top and holds {name} {:.6}, the last {:.6}", y.at(0), y.at(y.len - 1)));
+            meta.set(
+                "rows",
+                format!("row 0 is the top and holds {name} {:.6}, the last {:.6}", y.at(0), y.at(y.len - 1)),
+            );
         }
         meta.set("alpha", "roughness^2");
         meta.set("usage", facts.usage);

@@ -3,7 +3,8 @@
 //! Every panel is integrated by one Gauss–Legendre rule and by the same rule on its two halves. The difference is the
 //! estimate of the error of the *coarser* value while the finer one is kept, so the sum of the estimates is an upper
 //! bound in practice, usually by orders of magnitude. The panel with the largest estimate is halved until the sum is
-//! below the tolerance.
+//! below the tolerance. The first two moments of the integrand are compared as well: two rules that miss the same peak can
+//! agree on the integral by accident, but hardly on all three.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -23,10 +24,18 @@ pub struct Estimate<const N: usize> {
 /// Nodes a panel half; 8 gives degree 15, enough that smooth panels converge at once.
 static RULE: LazyLock<Vec<Node>> = LazyLock::new(|| gauss_legendre(8));
 
+/// One application of the rule: ∫ f, and ∫ f ξ and ∫ f ξ² with ξ running from −1 to 1 over the panel.
+#[derive(Clone, Copy)]
+struct Applied<const N: usize> {
+    moments: [[f64; N]; 3],
+    /// The integral of the integrand's own error bound.
+    error: f64,
+}
+
 struct Panel<const N: usize> {
     from: f64,
     to: f64,
-    halves: [Estimate<N>; 2],
+    halves: [Applied<N>; 2],
     error: f64,
 }
 
@@ -59,17 +68,20 @@ pub fn integrate<const N: usize>(
 ) -> Estimate<N> {
     let mut rule = |from: f64, to: f64| {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-        let mut sum = [0.0; N];
-        let mut worst = 0.0;
+        let mut applied = Applied { moments: [[0.0; N]; 3], error: 0.0 };
         for node in RULE.iter() {
             let sample = f(middle + half * node.x);
-            for (s, v) in sum.iter_mut().zip(sample.value) {
-                *s += node.weight * half * v;
+            let weight = node.weight * half;
+            for (i, v) in sample.value.into_iter().enumerate() {
+                applied.moments[0][i] += weight * v;
+                applied.moments[1][i] += weight * v * node.x;
+                applied.moments[2][i] += weight * v * node.x * node.x;
             }
-            worst += node.weight * half * sample.error;
+            applied.error += weight * sample.error;
         }
-        Estimate { value: sum, error: worst }
+        applied
     };
+
     let mut heap = BinaryHeap::new();
     for ends in breaks.windows(2) {
         if ends[1] > ends[0] {
@@ -97,23 +109,35 @@ pub fn integrate<const N: usize>(
     let mut error = 0.0;
     for panel in &heap {
         for (i, v) in value.iter_mut().enumerate() {
-            *v += panel.halves[0].value[i] + panel.halves[1].value[i];
+            *v += panel.halves[0].moments[0][i] + panel.halves[1].moments[0][i];
         }
         error += panel.error + panel.halves[0].error + panel.halves[1].error;
     }
     Estimate { value, error }
 }
 
-/// Halves a panel whose integral by one application of the rule is `whole`.
+/// Halves a panel to which the rule was applied as a `whole`.
 fn split<const N: usize>(
-    rule: &mut impl FnMut(f64, f64) -> Estimate<N>,
+    rule: &mut impl FnMut(f64, f64) -> Applied<N>,
     from: f64,
     to: f64,
-    whole: Estimate<N>,
+    whole: Applied<N>,
 ) -> Panel<N> {
     let middle = 0.5 * (from + to);
     let halves = [rule(from, middle), rule(middle, to)];
-    let error = (0..N).map(|i| (whole.value[i] - halves[0].value[i] - halves[1].value[i]).abs()).fold(0.0, f64::max);
+    let mut error = 0.0;
+    for i in 0..N {
+        // The halves' moments in the whole's ξ: a half's own ξ is 2ξ ± 1.
+        let [left, right] = [0, 1].map(|h| halves[h].moments.map(|m| m[i]));
+        let fine = [
+            left[0] + right[0],
+            0.5 * (left[1] - left[0] + right[1] + right[0]),
+            0.25 * (left[2] - 2.0 * left[1] + left[0] + right[2] + 2.0 * right[1] + right[0]),
+        ];
+        for (moment, fine) in fine.into_iter().enumerate() {
+            error = f64::max(error, (whole.moments[moment][i] - fine).abs());
+        }
+    }
     Panel { from, to, halves, error }
 }
 
