@@ -84,7 +84,9 @@ impl Error {
         let help = match source.kind() {
             K::NotFound if doing == "read" => "check the spelling of the path",
             K::NotFound => "create the folder first",
-            K::PermissionDenied | K::ReadOnlyFilesystem => "choose a folder that you may write to, or change its permissions",
+            K::PermissionDenied | K::ReadOnlyFilesystem => {
+                "choose a folder that you may write to, or change its permissions"
+            }
             K::IsADirectory => "name a file, not a folder",
             K::StorageFull => "free some space on the disk",
             _ => "",
@@ -95,7 +97,10 @@ impl Error {
     /// The way out; empty where none is known.
     pub fn help(&self) -> &str {
         match self {
-            Error::Usage { help, .. } | Error::Io { help, .. } | Error::Input { help, .. } | Error::NoDevice { help, .. } => help,
+            Error::Usage { help, .. }
+            | Error::Io { help, .. }
+            | Error::Input { help, .. }
+            | Error::NoDevice { help, .. } => help,
             Error::Gpu { .. } => "try `--device cpu`, or `--validate` to see what the validation layers say",
             Error::Verify { .. } | Error::Cancelled => "",
         }
