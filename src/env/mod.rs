@@ -15,6 +15,7 @@
 pub mod area;
 pub mod import;
 pub mod tree;
+pub mod truth;
 
 /// An equirectangular picture of linear radiance, twice as wide as high.
 #[derive(Clone, Debug, PartialEq)]
