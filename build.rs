@@ -1,1 +1,136 @@
-fn main() {}
+//! Compiles every `shaders/**/*.comp` to SPIR-V and writes the tables of constants that shaders and Rust share.
+//!
+//! `#include "x.glsl"` reads `shaders/x.glsl`. `#include <ndf>` and `#include <visibility>` stand for one file of
+//! `shaders/ndf` or `shaders/term/visibility`: a shader that uses one is compiled once per file there and is called
+//! `path/name+file`. `#include <cone_nodes>` reads the node table that this script generates.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+#[path = "src/quadrature"]
+#[allow(dead_code)]
+mod quadrature {
+    pub mod gauss_legendre;
+}
+#[path = "src/rule/cone_nodes.rs"]
+#[allow(dead_code)]
+mod cone_nodes;
+
+/// What `#include <slot>` may stand for.
+const SLOTS: [(&str, &str); 2] = [("ndf", "ndf"), ("visibility", "term/visibility")];
+
+fn main() {
+    let root = PathBuf::from("shaders");
+    println!("cargo::rerun-if-changed=shaders");
+    for shared in ["src/quadrature/gauss_legendre.rs", "src/rule/cone_nodes.rs"] {
+        println!("cargo::rerun-if-changed={shared}");
+    }
+    let generated = BTreeMap::from([("cone_nodes", cone_nodes_glsl())]);
+    let compiler = shaderc::Compiler::new().expect("shaderc starts");
+    let mut sources = vec![];
+    collect(&root, "comp", &mut sources);
+    sources.sort();
+
+    let mut rust = String::from("/// Every compiled shader by name.\npub static SHADERS: &[(&str, &[u32])] = &[\n");
+    for source in &sources {
+        let text = read(source);
+        let name = source.strip_prefix(&root).expect("under shaders").with_extension("");
+        let name = name.to_string_lossy().replace('\\', "/");
+        let used: Vec<_> = SLOTS.iter().filter(|(slot, _)| uses(&root, &text, &format!("<{slot}>"))).collect();
+        let mut variants = vec![(name, BTreeMap::new())];
+        for (slot, folder) in used {
+            let mut files = vec![];
+            collect(&root.join(folder), "glsl", &mut files);
+            files.sort();
+            variants = variants
+                .into_iter()
+                .flat_map(|(name, chosen)| {
+                    files.iter().map(move |file| {
+                        let stem = file.file_stem().expect("a file name").to_string_lossy();
+                        let mut chosen = chosen.clone();
+                        chosen.insert(*slot, read(file));
+                        (format!("{name}+{stem}"), chosen)
+                    })
+                })
+                .collect();
+        }
+        for (name, chosen) in variants {
+            let words = compile(&compiler, &root, source, &text, &chosen, &generated);
+            writeln!(rust, "    ({name:?}, &{words:?}),").expect("writing to a string");
+        }
+    }
+    rust.push_str("];\n");
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    std::fs::write(out.join("shaders.rs"), rust).expect("OUT_DIR is writable");
+}
+
+fn compile(
+    compiler: &shaderc::Compiler,
+    root: &Path,
+    source: &Path,
+    text: &str,
+    chosen: &BTreeMap<&str, String>,
+    generated: &BTreeMap<&str, String>,
+) -> Vec<u32> {
+    let mut options = shaderc::CompileOptions::new().expect("shaderc has options");
+    options.set_optimization_level(shaderc::OptimizationLevel::Performance);
+    options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_1 as u32);
+    options.set_warnings_as_errors();
+    options.set_include_callback(|wanted, kind, _, _| {
+        let content = match kind {
+            shaderc::IncludeType::Relative => std::fs::read_to_string(root.join(wanted)).map_err(|e| e.to_string())?,
+            shaderc::IncludeType::Standard => chosen
+                .get(wanted)
+                .or_else(|| generated.get(wanted))
+                .cloned()
+                .ok_or_else(|| format!("<{wanted}> is neither a variant slot nor generated"))?,
+        };
+        Ok(shaderc::ResolvedInclude { resolved_name: format!("shaders/{wanted}"), content })
+    });
+    let name = source.to_string_lossy();
+    match compiler.compile_into_spirv(text, shaderc::ShaderKind::Compute, &name, "main", Some(&options)) {
+        Ok(binary) => binary.as_binary().to_vec(),
+        Err(e) => {
+            eprintln!("{e}");
+            println!("cargo::error=shader {name}: {}", e.to_string().replace('\n', " "));
+            std::process::exit(1);
+        }
+    }
+}
+
+/// Does the source, or anything it includes by path, contain `needle`?
+fn uses(root: &Path, text: &str, needle: &str) -> bool {
+    text.contains(needle)
+        || text
+            .lines()
+            .filter_map(|l| l.trim().strip_prefix("#include \"")?.strip_suffix('"'))
+            .any(|included| uses(root, &read(&root.join(included)), needle))
+}
+
+fn collect(folder: &Path, extension: &str, found: &mut Vec<PathBuf>) {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("cannot read {}: {e}", folder.display()));
+    for entry in entries {
+        let path = entry.expect("a readable folder entry").path();
+        if path.is_dir() {
+            collect(&path, extension, found);
+        } else if path.extension().is_some_and(|e| e == extension) {
+            found.push(path);
+        }
+    }
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|e| panic!("cannot read {}: {e}", path.display()))
+}
+
+/// The cone rule's pairs as a macro to unroll: a memory load costs many times a multiply-add in software Vulkan.
+fn cone_nodes_glsl() -> String {
+    let mut glsl = format!("const uint CONE_OUTER = {}u;\n#define CONE_PAIRS(PAIR)", cone_nodes::OUTER);
+    for pair in cone_nodes::inner() {
+        write!(glsl, " \\\n    PAIR({:e}, {:e}, {:e})", pair.x as f32, pair.one_minus_x2 as f32, pair.weight as f32)
+            .expect("writing to a string");
+    }
+    glsl.push('\n');
+    glsl
+}

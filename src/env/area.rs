@@ -24,8 +24,7 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
-use super::Equirect;
-use crate::term::cube;
+use super::{Equirect, orientation};
 
 type Rgb = [f64; 3];
 
@@ -71,7 +70,7 @@ impl<'a> Grid<'a> {
 
     /// Divides integrals by solid angles. `texel(x, y)` is the integral over a texel.
     fn finish(&self, out: &mut [f32], integral: impl Fn(usize, usize) -> Rgb) {
-        let corner = |x: usize, y: usize| cube::solid_angle(self.lines[x], self.lines[y]);
+        let corner = |x: usize, y: usize| orientation::solid_angle(self.lines[x], self.lines[y]);
         let corners: Vec<f64> = (0..=self.size).flat_map(|y| (0..=self.size).map(move |x| corner(x, y))).collect();
         let stride = self.size + 1;
         for (index, texel) in out.chunks_exact_mut(3).enumerate() {
@@ -353,7 +352,7 @@ mod tests {
                     2.0 * (f64::from(texel) + (f64::from(i) + 0.5) / f64::from(POINTS)) / f64::from(size) - 1.0
                 };
                 let (s, t) = (at(x, i), at(y, j));
-                let [u, v] = Equirect::locate(cube::direction(face, s, t));
+                let [u, v] = Equirect::locate(crate::term::cube::direction(face, s, t));
                 let column = ((u * f64::from(source.width)) as usize).min(source.width as usize - 1);
                 let row = ((v * f64::from(source.height)) as u32).min(source.height - 1);
                 let weight = (1.0 + s * s + t * t).powf(-1.5);
@@ -389,7 +388,7 @@ mod tests {
         let mut sum = [0.0; 3];
         for (index, texel) in texels.chunks_exact(3).enumerate() {
             let (x, y) = (index % size, index / size % size);
-            let corner = |dx, dy| cube::solid_angle(line(x + dx), line(y + dy));
+            let corner = |dx, dy| orientation::solid_angle(line(x + dx), line(y + dy));
             let solid_angle = corner(1, 1) - corner(0, 1) - corner(1, 0) + corner(0, 0);
             (0..3).for_each(|c| sum[c] += solid_angle * f64::from(texel[c]));
         }

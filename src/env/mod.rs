@@ -14,6 +14,7 @@
 
 pub mod area;
 pub mod import;
+pub mod orientation;
 pub mod tree;
 pub mod truth;
 

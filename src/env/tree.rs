@@ -162,7 +162,11 @@ impl Tree {
         let (width, height) = (source.width, source.height);
         let base = base.unwrap_or_else(|| {
             let least = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|k| a[k].min(b[k]));
-            source.texels.par_chunks(1 << 14).map(|t| t.iter().copied().fold([f32::MAX; 3], least)).reduce(|| [f32::MAX; 3], least)
+            source
+                .texels
+                .par_chunks(1 << 14)
+                .map(|t| t.iter().copied().fold([f32::MAX; 3], least))
+                .reduce(|| [f32::MAX; 3], least)
         });
         let mean = source.mean();
         let mean: [f64; 3] = std::array::from_fn(|k| (mean[k] - f64::from(base[k])).max(0.0));
@@ -324,7 +328,8 @@ impl Builder<'_> {
             let w_c: f64 = (0..3).map(|k| c[k] * self.inverse_mean[k]).sum();
             let w_s: f64 = (0..3).map(|k| s[k] * self.inverse_mean[k]).sum();
             let w_plain = w_one * self.d_phi;
-            let second = [row.ss * w_cc, row.cc * w_plain, row.ss * (w_plain - w_cc), row.sc * w_c, row.ss * w_sc, row.sc * w_s];
+            let second =
+                [row.ss * w_cc, row.cc * w_plain, row.ss * (w_plain - w_cc), row.sc * w_c, row.ss * w_sc, row.sc * w_s];
             (0..6).for_each(|i| sums.second[i] += second[i]);
         }
         sums
@@ -345,7 +350,9 @@ impl Builder<'_> {
         let scale = 2.0 * f64::from(extent.to_f32());
         let fraction = |v: f64| (v * 32767.0).round().clamp(-32767.0, 32767.0) as i16;
         let pair = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-        let q = std::array::from_fn(|i| fraction((sums.second[i] / weight - c[pair[i].0] * c[pair[i].1]) / (scale * scale)));
+        let q = std::array::from_fn(|i| {
+            fraction((sums.second[i] / weight - c[pair[i].0] * c[pair[i].1]) / (scale * scale))
+        });
         let d = std::array::from_fn(|i| {
             let (k, x) = (i / 3, i % 3);
             fraction((sums.first[k][x] - sums.e[k] * c[x]) * inverse(sums.e[k]) / scale)

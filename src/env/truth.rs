@@ -1,6 +1,6 @@
 //! truth
-use std::f64::consts::{PI, TAU};
 use super::Equirect;
+use std::f64::consts::{PI, TAU};
 
 /// Integrates `kernel(h)·L` over the picture for a lobe around `n`.
 /// `width_rad` = kernel's narrowest feature.

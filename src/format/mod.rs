@@ -1,18 +1,32 @@
 //! File formats: one file each, and their registry.
+//!
+//! A [`Format`] turns a [`Texture`] into the bytes of a file and back, and touches no file itself. [`Output`] puts the
+//! bytes in place: it is prepared before the work, so that a path that cannot be written is found first, and committed
+//! after it, so that no reader ever sees half a file.
+//!
+//! Every format carries the texture's [`Meta`]: a pair `table` → `split-sum` is stored under the key
+//! `brdf-baker.table`. The names of the channels travel as the pair `channels`, which belongs to this module: it is
+//! written from [`Texture::channels`] and does not show in the meta that is read back.
 
 mod encoding;
+mod exr;
+mod hdr;
+mod ktx2;
+mod output;
+mod png;
 
-use std::io::{Seek, Write};
+use std::ops::RangeInclusive;
 use std::path::Path;
 
-pub use encoding::{ENCODINGS, Encoding, Repr};
+pub use self::encoding::{ENCODINGS, Encoding, Repr, Rounding, decode, encode, rounding};
+pub use self::exr::Exr;
+pub use self::hdr::Hdr;
+pub use self::ktx2::Ktx2;
+pub use self::output::{Output, Written};
+pub use self::png::Png;
 
-use crate::error::Result;
-use crate::texture::{Shape, Texture};
-
-/// A place to write to, as the format writers need it.
-pub trait Sink: Write + Seek {}
-impl<T: Write + Seek> Sink for T {}
+use crate::error::{Error, Result, nearest};
+use crate::texture::{Meta, Shape, Texture};
 
 /// A container that can be written and read back.
 pub trait Format: Sync {
@@ -24,8 +38,272 @@ pub trait Format: Sync {
     fn encodings(&self, shape: Shape) -> Vec<Encoding>;
     /// What is written when the user names no encoding: half float where the container has it.
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding>;
-    /// Writes `texture`, whose meta goes into the file.
-    fn write(&self, texture: &Texture, encoding: Encoding, out: &mut dyn Sink) -> Result<()>;
-    /// Reads a file that this tool wrote (others too where the container says enough).
-    fn read(&self, path: &Path) -> Result<(Texture, Encoding)>;
+    /// The file's bytes, with the texture's meta. `path` only names the file in an error.
+    fn to_bytes(&self, path: &Path, texture: &Texture, encoding: Encoding) -> Result<Vec<u8>>;
+    /// The texture in a file that this tool wrote (others too where the container says enough), and its encoding.
+    /// `path` only names the file in an error.
+    fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)>;
+    /// [`Format::parse`] on the content of a file.
+    fn read(&self, path: &Path) -> Result<(Texture, Encoding)> {
+        let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
+        self.parse(path, &bytes)
+    }
+}
+
+/// Every format, in the order of their documentation.
+pub fn formats() -> &'static [&'static dyn Format] {
+    &[&Ktx2, &Exr, &Hdr, &Png]
+}
+
+/// The format that a path's extension selects, upper or lower case.
+pub fn for_path(path: &Path) -> Result<&'static dyn Format> {
+    match path.extension() {
+        Some(extension) => named(&extension.to_string_lossy()),
+        None => Err(Error::usage(
+            format!("'{}' has no extension to tell its format", path.display()),
+            format!("known are: {}", extensions().join(", ")),
+        )),
+    }
+}
+
+/// The format with this extension, upper or lower case.
+pub fn named(extension: &str) -> Result<&'static dyn Format> {
+    formats().iter().copied().find(|f| f.extension().eq_ignore_ascii_case(extension)).ok_or_else(|| {
+        Error::usage(format!("unknown format '{extension}'"), nearest(&extension.to_lowercase(), extensions()))
+    })
+}
+
+fn extensions() -> Vec<&'static str> {
+    formats().iter().map(|f| f.extension()).collect()
+}
+
+/// The encoding to write: `wanted` if the format can hold it, the format's default if nothing is wanted.
+pub fn choose(format: &dyn Format, shape: Shape, channels: usize, wanted: Option<Encoding>) -> Result<Encoding> {
+    let able: Vec<Encoding> = format.encodings(shape).into_iter().filter(|e| e.components >= channels).collect();
+    let names = || able.iter().map(|e| e.name).collect::<Vec<_>>().join(", ");
+    let Some(default) = format.default_encoding(shape, channels) else {
+        let others = formats().iter().filter(|f| f.default_encoding(shape, channels).is_some());
+        let others: Vec<String> = others.map(|f| format!(".{}", f.extension())).collect();
+        let thing = match shape {
+            Shape::Cube => "a cube".into(),
+            Shape::Table => format!("a table of {channels} channels"),
+        };
+        let help = format!("formats that can: {}", others.join(", "));
+        return Err(Error::usage(format!("{} cannot hold {thing}", format.name()), help));
+    };
+    match wanted {
+        None => Ok(default),
+        Some(wanted) if able.contains(&wanted) => Ok(wanted),
+        Some(wanted) if format.encodings(shape).contains(&wanted) => {
+            encoding::fits(channels, wanted)?;
+            Ok(wanted)
+        }
+        Some(wanted) => Err(Error::usage(
+            format!("{} does not hold encoding {}", format.name(), wanted.name),
+            format!("known are: {}", names()),
+        )),
+    }
+}
+
+/// An error when a channel's values do not fit: for the ranges that a table declares, before any work, and for the
+/// values themselves before they are written. Halves are not refused: what exceeds 65504 is clamped and counted.
+pub fn check_range(
+    path: &Path,
+    format: &dyn Format,
+    encoding: Encoding,
+    channel: &str,
+    range: &RangeInclusive<f32>,
+) -> Result<()> {
+    let (min, max) = (*range.start(), *range.end());
+    let held = encoding.repr.range();
+    let refused = match encoding.repr {
+        _ if min.is_nan() || max.is_nan() => Some("holds a value that is not a number".to_string()),
+        _ if min.is_infinite() || max.is_infinite() => Some("holds an infinite value".to_string()),
+        Repr::F16 | Repr::F32 => None,
+        _ => [min, max].iter().find(|v| !held.contains(v)).map(|v| {
+            let depth = match encoding.repr {
+                Repr::Unorm8 => "8-bit ",
+                Repr::Unorm16 => "16-bit ",
+                _ => "",
+            };
+            format!("reaches {v} but {depth}{} holds [{}, {}]", format.name(), held.start(), ShortFloat(*held.end()))
+        }),
+    };
+    match refused {
+        None => Ok(()),
+        Some(reason) => {
+            let help = if min.is_finite() && max.is_finite() {
+                let fit = Encoding::fitting(Repr::F16, encoding.components).map_or("rgba16f", |e| e.name);
+                format!("write a .ktx2 or .exr file: their encoding {fit} holds such values")
+            } else {
+                "this is a fault in the values, not in the file format".into()
+            };
+            Err(Error::usage(format!("cannot write '{}': channel '{channel}' {reason}", path.display()), help))
+        }
+    }
+}
+
+/// `1` as it is, `1.6947657e38` as `1.69e38`.
+struct ShortFloat(f32);
+
+impl std::fmt::Display for ShortFloat {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.0 < 1e6 { write!(f, "{}", self.0) } else { write!(f, "{:.2e}", self.0) }
+    }
+}
+
+/// What every writer checks first: the encoding, the lengths, the ranges and the meta.
+fn check(path: &Path, format: &dyn Format, texture: &Texture, encoding: Encoding) -> Result<()> {
+    choose(format, texture.shape, texture.channels.len(), Some(encoding))?;
+    let cannot = |what: &str| Error::usage(format!("cannot write '{}': {what}", path.display()), "");
+
+    // Sizes: the writers index by them.
+    let levels = texture.levels.len();
+    let full_chain = 32 - texture.width.max(texture.height).leading_zeros() as usize;
+    let shape_holds = match texture.shape {
+        Shape::Table => levels == 1,
+        Shape::Cube => texture.width == texture.height && (1..=full_chain).contains(&levels),
+    };
+    if texture.width == 0 || texture.height == 0 || !shape_holds {
+        let size = format!("{} × {}, {levels} levels", texture.width, texture.height);
+        return Err(cannot(&format!("a {:?} cannot have this size: {size}", texture.shape)));
+    }
+    if let Some(level) = (0..levels).find(|&i| texture.levels[i].len() != texture.level_len(i)) {
+        return Err(cannot(&format!("level {level} holds the wrong number of values")));
+    }
+
+    // Names and meta: every container must be able to carry them, so the strictest sets the rule.
+    if let Some(name) = texture.channels.iter().find(|n| n.is_empty() || n.contains([',', '=']) || !is_line(n)) {
+        return Err(cannot(&format!("'{}' cannot name a channel", name.escape_debug())));
+    }
+    for (key, value) in texture.meta.iter() {
+        let is_key = (1..=64).contains(&key.len())
+            && key.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b"._-".contains(&b));
+        if !is_key || key == CHANNELS {
+            return Err(cannot(&format!("'{}' cannot be a metadata key", key.escape_debug())));
+        }
+        if !is_line(value) {
+            return Err(cannot(&format!("the metadata value of '{key}' holds a control character")));
+        }
+    }
+
+    // Values, level by level.
+    let n = texture.channels.len();
+    for (c, channel) in texture.channels.iter().enumerate() {
+        let mut values = texture.levels.iter().flat_map(|level| level.iter().skip(c).step_by(n));
+        let range =
+            values.try_fold(
+                (f32::MAX, f32::MIN),
+                |(low, high), &v| {
+                    if v.is_nan() { Err(v) } else { Ok((low.min(v), high.max(v))) }
+                },
+            );
+        let (low, high) = range.unwrap_or((f32::NAN, f32::NAN));
+        check_range(path, format, encoding, channel, &(low..=high))?;
+    }
+    Ok(())
+}
+
+fn is_line(text: &str) -> bool {
+    !text.chars().any(char::is_control)
+}
+
+/// What comes before a key of ours in a file.
+const PREFIX: &str = "brdf-baker.";
+/// The key that carries the names of the channels.
+const CHANNELS: &str = "channels";
+/// What files name as their writer.
+const WRITER: &str = concat!("brdf-baker ", env!("CARGO_PKG_VERSION"));
+
+/// The pairs to write, with the channels and with the prefix.
+fn pairs(texture: &Texture) -> Vec<(String, String)> {
+    let channels = std::iter::once((CHANNELS, texture.channels.join(",")));
+    let meta = texture.meta.iter().map(|(k, v)| (k, v.to_string()));
+    channels.chain(meta).map(|(k, v)| (format!("{PREFIX}{k}"), v)).collect()
+}
+
+/// The reverse of [`pairs`]: the channels, `default` where the file does not name them, and the meta.
+fn from_pairs<'a>(
+    path: &Path,
+    pairs: impl IntoIterator<Item = (&'a str, &'a str)>,
+    default: &[&str],
+    components: usize,
+) -> Result<(Vec<String>, Meta)> {
+    let mut meta = Meta::default();
+    let mut channels: Vec<String> = default.iter().map(|s| s.to_string()).collect();
+    for (key, value) in pairs.into_iter().filter_map(|(k, v)| Some((k.strip_prefix(PREFIX)?, v))) {
+        // A damaged or foreign file may hold what we would not write.
+        if !is_line(value) {
+            return Err(Error::input(path, format!("the metadata value of '{key}' holds a control character"), ""));
+        }
+        if key == CHANNELS {
+            channels = value.split(',').map(String::from).collect();
+        } else {
+            meta.set(key, value);
+        }
+    }
+    if !(1..=components).contains(&channels.len()) {
+        let what = format!("it names {} channels but a texel has {components} components", channels.len());
+        return Err(Error::input(path, what, ""));
+    }
+    Ok((channels, meta))
+}
+
+/// Refuses a size that the file cannot hold even at the container's best compression, before memory is taken for it.
+fn plausible(path: &Path, decoded_bytes: Option<u64>, file_bytes: usize, best_ratio: u64) -> Result<()> {
+    match decoded_bytes {
+        Some(size) if size / best_ratio <= file_bytes as u64 + 1024 => Ok(()),
+        _ => Err(Error::input(path, "its header states more texels than the file can hold", "")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn format_follows_the_extension() {
+        assert_eq!(for_path(Path::new("a/lut.KTX2")).unwrap().name(), "KTX2");
+        assert_eq!(for_path(Path::new("lut.exr")).unwrap().name(), "OpenEXR");
+        let error = for_path(Path::new("lut.pgn")).err().unwrap();
+        assert_eq!(error.to_string(), "unknown format 'pgn'");
+        assert_eq!(error.help(), "did you mean 'png'? known are: ktx2, exr, hdr, png");
+        assert_eq!(for_path(Path::new("lut")).err().unwrap().help(), "known are: ktx2, exr, hdr, png");
+    }
+
+    #[test]
+    fn choose_takes_the_default_or_says_what_fits() {
+        let default = |f: &dyn Format, s, n| choose(f, s, n, None).map(|e| e.name).map_err(|e| e.help().to_string());
+        assert_eq!(default(&Ktx2, Shape::Table, 1), Ok("r16f"));
+        assert_eq!(default(&Ktx2, Shape::Table, 3), Ok("rgba16f"));
+        assert_eq!(default(&Exr, Shape::Cube, 3), Ok("rgba16f"));
+        assert_eq!(default(&Hdr, Shape::Table, 2), Ok("rgbe8"));
+        assert_eq!(default(&Png, Shape::Table, 1), Ok("r16unorm"));
+        assert_eq!(default(&Png, Shape::Table, 2), Ok("rgb16unorm"));
+        assert_eq!(default(&Png, Shape::Table, 4), Err("formats that can: .ktx2, .exr".into()));
+        assert_eq!(default(&Hdr, Shape::Cube, 3), Err("formats that can: .ktx2, .exr".into()));
+        let wrong = choose(&Ktx2, Shape::Table, 2, Encoding::parse("rgbe8").ok()).unwrap_err();
+        assert_eq!(wrong.to_string(), "KTX2 does not hold encoding rgbe8");
+        assert_eq!(wrong.help(), "known are: rg16f, rgba16f, rg32f, rgba32f");
+        let narrow = choose(&Ktx2, Shape::Table, 2, Encoding::parse("r16f").ok()).unwrap_err();
+        assert_eq!(narrow.help(), "use rg16f");
+    }
+
+    #[test]
+    fn range_error_names_channel_value_and_way_out() {
+        let e = |name| Encoding::parse(name).unwrap();
+        let path = Path::new("lut.png");
+        let error = check_range(path, &Png, e("rgb8unorm"), "B", &(0.0..=1.07)).unwrap_err();
+        assert_eq!(error.to_string(), "cannot write 'lut.png': channel 'B' reaches 1.07 but 8-bit PNG holds [0, 1]");
+        assert_eq!(error.help(), "write a .ktx2 or .exr file: their encoding rgba16f holds such values");
+        let error = check_range(Path::new("a.hdr"), &Hdr, e("rgbe8"), "x", &(-0.5..=1.0)).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "cannot write 'a.hdr': channel 'x' reaches -0.5 but Radiance HDR holds [0, 1.69e38]"
+        );
+        assert!(check_range(path, &Png, e("r16unorm"), "x", &(0.0..=1.0)).is_ok());
+        assert!(check_range(path, &Ktx2, e("r16f"), "x", &(-1.0..=1e6)).is_ok(), "halves are clamped and counted");
+        assert!(check_range(path, &Ktx2, e("r32f"), "x", &(0.0..=f32::INFINITY)).is_err());
+        assert!(check_range(path, &Ktx2, e("r32f"), "x", &(f32::NAN..=f32::NAN)).is_err());
+    }
 }

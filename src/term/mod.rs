@@ -1,4 +1,6 @@
-//! Terms: small pure functions shared by bakes. Each file has a GLSL twin at `shaders/term/<same name>.glsl` with
-//! functions of the same names and arguments.
+//! Terms that bakes share: visibility, Fresnel, cube faces. The GLSL twin of `term/x.rs` is `shaders/term/x.glsl`.
 
 pub mod cube;
+pub mod fresnel;
+pub mod trig;
+pub mod visibility;

@@ -1,0 +1,117 @@
+//! Runs a table kernel, or the rule on the processor, over a grid of (n·v, roughness) in slices.
+
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use super::{At, Backend};
+use crate::error::Result;
+use crate::gpu::{Gpu, MAX_GROUPS};
+use crate::ndf::alpha_of;
+use crate::progress::{OnProgress, tick};
+use crate::rule::cone_nodes;
+use crate::shaders;
+
+/// Invocations a workgroup, as in `shaders/lib/table.glsl`.
+const WORKGROUP: u32 = 64;
+/// The first slice also compiles the shader, so it is small.
+const FIRST_SLICE: u32 = 4096;
+/// A slice should take this long: long enough to keep a GPU busy, short enough for progress, cancel and watchdogs.
+const SLICE_AIM: Duration = Duration::from_millis(25);
+/// A band of rows has a result buffer of at most this size.
+const BAND_BYTES: u64 = 64 << 20;
+
+/// A grid to bake.
+pub struct Grid<'a> {
+    /// What progress is reported as.
+    pub stage: &'a str,
+    /// n·v of each column.
+    pub n_dot_v: &'a [f64],
+    /// Roughness of each row.
+    pub roughness: &'a [f64],
+    /// Values a texel.
+    pub channels: usize,
+    /// Texels in the first slice; `None` starts small. Any choice gives the same bytes.
+    pub first_slice: Option<u32>,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Slice {
+    columns: u32,
+    first: u32,
+    count: u32,
+}
+
+impl Grid<'_> {
+    /// Bakes with `kernel` on a Vulkan device or with `rule` on the processor.
+    pub fn run(
+        &self,
+        backend: &Backend,
+        kernel: &str,
+        rule: impl Fn(At, &mut [f32]) + Sync,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Vec<f32>> {
+        match backend {
+            Backend::Cpu => self.on_cpu(rule, on),
+            Backend::Gpu(gpu) => self.on_gpu(gpu, kernel, on),
+        }
+    }
+
+    fn on_cpu(&self, rule: impl Fn(At, &mut [f32]) + Sync, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+        let columns = self.n_dot_v.len();
+        let mut out = vec![f32::NAN; columns * self.roughness.len() * self.channels];
+        let slice = (FIRST_SLICE as usize).div_ceil(columns);
+        for (i, rows) in out.chunks_mut(slice * columns * self.channels).enumerate() {
+            tick(on, self.stage, (i * slice) as f64 / self.roughness.len() as f64)?;
+            rows.par_chunks_mut(self.channels).enumerate().for_each(|(texel, out)| {
+                let roughness = self.roughness[i * slice + texel / columns];
+                rule(At { n_dot_v: self.n_dot_v[texel % columns], roughness }, out);
+            });
+        }
+        tick(on, self.stage, 1.0)?;
+        Ok(out)
+    }
+
+    fn on_gpu(&self, gpu: &Gpu, kernel: &str, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+        let kernel = gpu.kernel(kernel, shaders::spirv(kernel), 4, size_of::<Slice>() as u32)?;
+        let n_dot_v: Vec<f32> = self.n_dot_v.iter().map(|x| *x as f32).collect();
+        let n_dot_v = gpu.upload("n_dot_v", &n_dot_v)?;
+        let nodes = cone_nodes::outer();
+        let nodes: Vec<[f32; 4]> = nodes.iter().map(|n| [n.near as f32, n.far as f32, n.weight as f32, 0.0]).collect();
+        let nodes = gpu.upload("cone nodes", &nodes)?;
+
+        let columns = self.n_dot_v.len() as u32;
+        let row_bytes = u64::from(columns) * self.channels as u64 * 4;
+        let band_rows = (BAND_BYTES / row_bytes).max(1) as usize;
+        let total = f64::from(columns) * self.roughness.len() as f64;
+        let mut out = Vec::with_capacity(columns as usize * self.roughness.len() * self.channels);
+        let mut slice = self.first_slice.unwrap_or(FIRST_SLICE);
+        for band in self.roughness.chunks(band_rows) {
+            let alpha: Vec<f32> = band.iter().map(|r| alpha_of(*r) as f32).collect();
+            let alpha = gpu.upload("alpha", &alpha)?;
+            let result = gpu.buffer("result", row_bytes * band.len() as u64)?;
+            let texels = columns * band.len() as u32;
+            let mut first = 0;
+            while first < texels {
+                let done = (out.len() / self.channels) as f64 + f64::from(first);
+                tick(on, self.stage, done / total)?;
+                let count = slice.min(texels - first).min(MAX_GROUPS * WORKGROUP);
+                let start = Instant::now();
+                let push = Slice { columns, first, count };
+                gpu.dispatch(&kernel, &[&n_dot_v, &alpha, &nodes, &result], &push, [count.div_ceil(WORKGROUP), 1, 1])?;
+                slice = next_slice(count, start.elapsed());
+                first += count;
+            }
+            out.extend(gpu.read::<f32>(&result)?);
+        }
+        tick(on, self.stage, 1.0)?;
+        Ok(out)
+    }
+}
+
+/// The next slice aims at [`SLICE_AIM`], growing at most four-fold.
+fn next_slice(count: u32, took: Duration) -> u32 {
+    let factor = (SLICE_AIM.as_secs_f64() / took.as_secs_f64().max(1e-6)).clamp(0.25, 4.0);
+    ((f64::from(count) * factor) as u32).max(WORKGROUP)
+}

@@ -1,0 +1,361 @@
+//! What is baked: one file per table or filter, their registry, and the way from a request to texels.
+
+mod albedo;
+mod average_albedo;
+pub mod backend;
+pub mod grid;
+mod split_sum;
+
+pub use backend::Backend;
+
+use crate::axis::{Axis, Coordinate, Points};
+use crate::error::{Error, Result, nearest};
+use crate::ndf::{self, Ndf};
+use crate::progress::OnProgress;
+use crate::quadrature::adaptive::Estimate;
+use crate::term::visibility::{self, Visibility};
+use crate::texture::{Meta, Shape, Texture};
+
+/// Most channels that a table can compute.
+pub const MAX_CHANNELS: usize = 3;
+
+/// One value per channel of a table, in the order of its [`Facts::channels`]; unused ones are 0.
+pub type Values = [f64; MAX_CHANNELS];
+
+/// Largest side of a table in texels.
+pub const MAX_SIZE: u32 = 8192;
+
+/// The microfacet model that a table belongs to: D and G. F is in the channels.
+#[derive(Clone, Copy)]
+pub struct Model {
+    /// Distribution of normals.
+    pub ndf: &'static Ndf,
+    /// Geometry term.
+    pub visibility: &'static Visibility,
+}
+
+impl Model {
+    /// The model with these names.
+    pub fn parse(ndf: &str, visibility: &str) -> Result<Model> {
+        Ok(Model { ndf: ndf::parse(ndf)?, visibility: visibility::parse(visibility)? })
+    }
+}
+
+/// Where in a table: the coordinates of one texel. A table without n·v ignores it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct At {
+    /// Cosine between normal and viewer, in [0, 1].
+    pub n_dot_v: f64,
+    /// Perceptual roughness, in [0, 1].
+    pub roughness: f64,
+}
+
+/// What a channel holds.
+pub struct Channel {
+    /// The name used on the command line and in files.
+    pub name: &'static str,
+    /// One line for lists.
+    pub meaning: &'static str,
+    /// Least and greatest value.
+    pub range: [f32; 2],
+}
+
+/// How far a baked `f32` may be from the truth.
+pub struct Tolerance {
+    /// Bound of every texel whose coordinates are at least 1/1024 (or exactly 0, the limit).
+    pub worst: f64,
+    /// Bound of the median over the checked texels.
+    pub median: f64,
+    /// Bound of texels nearer to 0 than 1/1024.
+    pub near_zero: f64,
+    /// The measurement that the bounds rest on.
+    pub why: &'static str,
+}
+
+impl Tolerance {
+    /// The bound that holds at a place in the table.
+    pub fn at(&self, at: At) -> f64 {
+        let near_zero = |x: f64| x > 0.0 && x < 1.0 / 1024.0;
+        if near_zero(at.n_dot_v) || near_zero(at.roughness) { self.near_zero } else { self.worst }
+    }
+}
+
+/// What a table is.
+pub struct Facts {
+    /// The name used on the command line and in files.
+    pub name: &'static str,
+    /// One line for lists.
+    pub about: &'static str,
+    /// Paper and equation.
+    pub source: &'static str,
+    /// How a shader uses the channels.
+    pub usage: &'static str,
+    /// All channels that the table can hold.
+    pub channels: &'static [Channel],
+    /// The channels that it holds unless told otherwise.
+    pub default_channels: &'static [&'static str],
+    /// Its axes, x first, unless told otherwise.
+    pub axes: &'static [Coordinate],
+    /// The rule and its number of nodes, for the file's certificate.
+    pub rule: fn() -> String,
+    /// Bounds of its error.
+    pub tolerance: Tolerance,
+}
+
+/// A table that can be baked.
+pub trait Table: Sync {
+    /// What it is.
+    fn facts(&self) -> &'static Facts;
+    /// The deterministic rule in f64: what the CPU backend bakes, and the twin of the kernel.
+    fn rule(&self, model: &Model, at: At) -> Values;
+    /// Independent adaptive integration, to about `tolerance`.
+    fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS>;
+    /// All channels as `f32` for every roughness (rows) and every n·v (columns; one column if the table has no such axis).
+    fn bake(
+        &self,
+        model: &Model,
+        n_dot_v: &[f64],
+        roughness: &[f64],
+        backend: &Backend,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Vec<f32>>;
+}
+
+/// Every table, in the order of their documentation.
+pub static TABLES: &[&dyn Table] = &[&split_sum::SplitSum, &albedo::Albedo, &average_albedo::AverageAlbedo];
+
+/// The table with this name.
+pub fn table(name: &str) -> Result<&'static dyn Table> {
+    let names = TABLES.iter().map(|t| t.facts().name);
+    TABLES
+        .iter()
+        .copied()
+        .find(|t| t.facts().name == name)
+        .ok_or_else(|| Error::usage(format!("unknown table '{name}'"), nearest(name, names)))
+}
+
+/// A table to bake, with everything that decides its texels.
+#[derive(Clone)]
+pub struct TableJob {
+    /// Which table.
+    pub table: &'static dyn Table,
+    /// Of which BRDF.
+    pub model: Model,
+    /// x axis, then y axis if there is one.
+    pub axes: Vec<Axis>,
+    /// Indices into the table's [`Facts::channels`].
+    pub channels: Vec<usize>,
+}
+
+/// A table to bake as a user words it; `None` means the table's default.
+#[derive(Clone, Debug)]
+pub struct TableRequest {
+    /// Name of the table.
+    pub table: String,
+    /// Width and height in texels.
+    pub size: (u32, u32),
+    /// Name of the distribution.
+    pub ndf: String,
+    /// Name of the geometry term.
+    pub visibility: String,
+    /// Names of the axes, x first.
+    pub axes: Option<Vec<String>>,
+    /// Where in its texel a value is taken.
+    pub points: Points,
+    /// Row 0 holds the largest coordinate of the y axis (of the x axis in a table with one).
+    pub flip_v: bool,
+    /// Names of the channels.
+    pub channels: Option<Vec<String>>,
+}
+
+impl TableRequest {
+    /// The default request for a table: 256 × 256 texels, centers, GGX with height-correlated Smith.
+    pub fn new(table: &str) -> TableRequest {
+        TableRequest {
+            table: table.into(),
+            size: (256, 256),
+            ndf: "ggx".into(),
+            visibility: "smith".into(),
+            axes: None,
+            points: Points::Centers,
+            flip_v: false,
+            channels: None,
+        }
+    }
+
+    /// Checks every name and number.
+    pub fn resolve(&self) -> Result<TableJob> {
+        let table = table(&self.table)?;
+        let facts = table.facts();
+        let model = Model::parse(&self.ndf, &self.visibility)?;
+        let coordinates: Vec<Coordinate> = match &self.axes {
+            None => facts.axes.to_vec(),
+            Some(names) => names.iter().map(|n| Coordinate::parse(n)).collect::<Result<_>>()?,
+        };
+        let same_set = facts.axes.iter().all(|a| coordinates.contains(a)) && coordinates.len() == facts.axes.len();
+        if !same_set {
+            let names: Vec<_> = facts.axes.iter().map(|a| a.name()).collect();
+            return Err(Error::usage(
+                format!("{} has the axes {}", facts.name, names.join(" and ")),
+                format!("name each of them once, e.g. --axes {}", names.join(",")),
+            ));
+        }
+        let sizes = if coordinates.len() == 1 { vec![self.size.0] } else { vec![self.size.0, self.size.1] };
+        if coordinates.len() == 1 && self.size.1 != 1 && self.size.1 != self.size.0 {
+            return Err(Error::usage(
+                format!("{} has one axis, so its height is 1, not {}", facts.name, self.size.1),
+                format!("use --size {}", self.size.0),
+            ));
+        }
+        let least = if self.points == Points::Edges { 2 } else { 1 };
+        if let Some(bad) = sizes.iter().find(|s| !(least..=MAX_SIZE).contains(*s)) {
+            return Err(Error::usage(
+                format!("a table side of {bad} texels cannot be baked"),
+                format!("use --size from {least} to {MAX_SIZE}"),
+            ));
+        }
+        let last = coordinates.len() - 1;
+        let axis = |(i, (coordinate, len)): (usize, (Coordinate, u32))| Axis {
+            coordinate,
+            points: self.points,
+            len,
+            reversed: self.flip_v && i == last,
+        };
+        let axes = coordinates.into_iter().zip(sizes).enumerate().map(axis).collect();
+        let known = || facts.channels.iter().map(|c| c.name);
+        let wanted: Vec<&str> = match &self.channels {
+            None => facts.default_channels.to_vec(),
+            Some(names) => names.iter().map(String::as_str).collect(),
+        };
+        let channel = |name: &&str| {
+            known()
+                .position(|k| k == *name)
+                .ok_or_else(|| Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known())))
+        };
+        let channels: Vec<usize> = wanted.iter().map(channel).collect::<Result<_>>()?;
+        if channels.is_empty() || channels.len() > 4 {
+            return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
+        }
+        Ok(TableJob { table, model, axes, channels })
+    }
+}
+
+impl TableJob {
+    /// Width and height in texels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.axes[0].len, self.axes.get(1).map_or(1, |a| a.len))
+    }
+
+    /// The coordinates of texel (x, y). A table without n·v has n·v = 1 everywhere.
+    pub fn at(&self, x: u32, y: u32) -> At {
+        let mut at = At { n_dot_v: 1.0, roughness: 1.0 };
+        for (axis, i) in self.axes.iter().zip([x, y]) {
+            match axis.coordinate {
+                Coordinate::NDotV => at.n_dot_v = axis.at(i),
+                Coordinate::Roughness => at.roughness = axis.at(i),
+            }
+        }
+        at
+    }
+
+    /// The chosen channels, in order.
+    pub fn channel_facts(&self) -> impl Iterator<Item = &'static Channel> + '_ {
+        self.channels.iter().map(|c| &self.table.facts().channels[*c])
+    }
+
+    /// The f64 rule's values of the chosen channels.
+    pub fn rule(&self, at: At) -> Vec<f64> {
+        let all = self.table.rule(&self.model, at);
+        self.channels.iter().map(|c| all[*c]).collect()
+    }
+
+    /// Bakes the table; its meta says everything but the measured error.
+    pub fn run(&self, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
+        let of = |wanted| {
+            let found = self.axes.iter().position(|a| a.coordinate == wanted);
+            (found, found.map_or(vec![1.0], |i| self.axes[i].coordinates()))
+        };
+        let ((x_of, n_dot_v), (_, roughness)) = (of(Coordinate::NDotV), of(Coordinate::Roughness));
+        let all = self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?;
+        if let Some(bad) = all.iter().position(|v| !v.is_finite()) {
+            let detail = format!("value {bad} of {} is {}", all.len(), all[bad]);
+            return Err(Error::Gpu { op: format!("bake {}", self.table.facts().name), detail });
+        }
+
+        // From [roughness][n·v][every channel] to the order and the channels asked for.
+        let stride = self.table.facts().channels.len();
+        let (width, height) = self.size();
+        let mut texels = Vec::with_capacity((width * height) as usize * self.channels.len());
+        for y in 0..height {
+            for x in 0..width {
+                let (column, row) = match (x_of, self.axes.len()) {
+                    (Some(0), 1) => (x, 0),
+                    (Some(0), _) => (x, y),
+                    (Some(_), _) => (y, x),
+                    (None, _) => (0, x),
+                };
+                let texel = (row as usize * n_dot_v.len() + column as usize) * stride;
+                texels.extend(self.channels.iter().map(|c| self.within_range(*c, all[texel + c])));
+            }
+        }
+        let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
+        Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta: self.meta(backend) })
+    }
+
+    /// Moves a value that rounding carried over the end of its channel's range back to it. A value further out than
+    /// the tolerance stays as it is, for the checks to find.
+    fn within_range(&self, channel: usize, value: f32) -> f32 {
+        let facts = self.table.facts();
+        let [low, high] = facts.channels[channel].range;
+        let inside = value.clamp(low, high);
+        if f64::from((value - inside).abs()) <= facts.tolerance.worst { inside } else { value }
+    }
+
+    /// What the file says of itself.
+    fn meta(&self, backend: &Backend) -> Meta {
+        let facts = self.table.facts();
+        let names = |list: Vec<&str>| list.join(",");
+        let mut meta = Meta::default();
+        meta.set("table", facts.name);
+        meta.set("ndf", self.model.ndf.name);
+        meta.set("visibility", self.model.visibility.name);
+        meta.set("axes", names(self.axes.iter().map(|a| a.coordinate.name()).collect()));
+        meta.set("points", self.axes[0].points.name());
+        meta.set(
+            "order",
+            names(self.axes.iter().map(|a| if a.reversed { "descending" } else { "ascending" }).collect()),
+        );
+        meta.set("alpha", "roughness^2");
+        meta.set("usage", facts.usage);
+        meta.set("source", facts.source);
+        meta.set("rule", (facts.rule)());
+        meta.set("device", backend.name());
+        meta.set("driver", backend.driver());
+        meta.set("version", env!("CARGO_PKG_VERSION"));
+        meta
+    }
+
+    /// The job that made a file, from what the file says.
+    pub fn from_meta(texture: &Texture) -> Result<TableJob> {
+        let get = |key: &str| {
+            texture.meta.get(key).ok_or_else(|| {
+                Error::usage(
+                    format!("the file does not say its '{key}'"),
+                    "only files that brdf-baker wrote carry their model",
+                )
+            })
+        };
+        let list = |key: &str| Ok::<_, Error>(get(key)?.split(',').map(String::from).collect::<Vec<_>>());
+        let request = TableRequest {
+            table: get("table")?.into(),
+            size: (texture.width, texture.height),
+            ndf: get("ndf")?.into(),
+            visibility: get("visibility")?.into(),
+            axes: Some(list("axes")?),
+            points: Points::parse(get("points")?)?,
+            flip_v: list("order")?.last().is_some_and(|o| o == "descending"),
+            channels: Some(texture.channels.clone()),
+        };
+        request.resolve()
+    }
+}

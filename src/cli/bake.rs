@@ -1,0 +1,135 @@
+//! `brdf-baker bake`
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use brdf_baker::axis::Points;
+use brdf_baker::bake::{Backend, TableRequest};
+use brdf_baker::format::{self, Encoding, Output};
+use brdf_baker::texture::Shape;
+use brdf_baker::verify::table::{Extent, check};
+use brdf_baker::{Error, Result};
+use serde_json::json;
+
+use super::Global;
+use super::console::Console;
+
+#[derive(clap::Args)]
+pub struct BakeArgs {
+    /// split-sum, albedo or average-albedo
+    table: String,
+    /// File to write; its extension chooses the container: .ktx2 .exr .hdr .png
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Texels: 256, or 128x32 for width x height
+    #[arg(long, default_value = "256", value_name = "N|WxH", value_parser = parse_size)]
+    size: (u32, u32),
+    /// Normal distribution function
+    #[arg(long, default_value = "ggx", value_name = "NAME")]
+    ndf: String,
+    /// Geometry term
+    #[arg(long, default_value = "smith", value_name = "NAME")]
+    visibility: String,
+    /// What runs along x and y [default: n_dot_v,roughness]
+    #[arg(long, value_name = "X,Y", value_delimiter = ',')]
+    axes: Option<Vec<String>>,
+    /// Where in its texel a value is taken: centers, (i + 1/2)/N, or edges, i/(N - 1)
+    #[arg(long, default_value = "centers", value_name = "centers|edges")]
+    points: String,
+    /// Put the largest y coordinate into row 0 (the default is the smallest)
+    #[arg(long)]
+    flip_v: bool,
+    /// What the channels hold, in order [default: scale,bias for split-sum]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    channels: Option<Vec<String>>,
+    /// How texels are stored [default: half float where the container has it]
+    #[arg(long, value_name = "NAME")]
+    encoding: Option<String>,
+}
+
+impl BakeArgs {
+    pub fn run(self, global: &Global, console: &mut Console) -> Result<()> {
+        let start = Instant::now();
+
+        // Everything that can be refused is refused before any work.
+        let request = TableRequest {
+            table: self.table,
+            size: self.size,
+            ndf: self.ndf,
+            visibility: self.visibility,
+            axes: self.axes,
+            points: Points::parse(&self.points)?,
+            flip_v: self.flip_v,
+            channels: self.channels,
+        };
+        let job = request.resolve()?;
+        let wanted = self.encoding.as_deref().map(Encoding::parse).transpose()?;
+        let format = format::for_path(&self.output)?;
+        let encoding = format::choose(format, Shape::Table, job.channels.len(), wanted)?;
+        for channel in job.channel_facts() {
+            let [low, high] = channel.range;
+            format::check_range(&self.output, format, encoding, channel.name, &(low..=high))?;
+        }
+        let output = Output::prepare(&self.output)?;
+
+        let backend = Backend::open(&global.device, global.validate)?;
+        let mut texture = job.run(&backend, &mut |p| console.progress(p))?;
+        let report = check(&job, &texture, None, Extent::Spot, &mut |p| console.progress(p))?;
+        if let Some(failure) = report.failures.first() {
+            return Err(Error::Verify { what: format!("'{}' was not written: {failure}", self.output.display()) });
+        }
+        backend.check_messages()?;
+        texture.meta.set("error.worst", format!("{:.2e}", report.worst() + report.truth_error));
+        texture.meta.set("error.median", format!("{:.2e}", report.median()));
+        texture.meta.set("error.bound", format!("{:.0e}", job.table.facts().tolerance.worst));
+        texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
+        let written = output.commit(format, &texture, encoding)?;
+
+        let seconds = start.elapsed().as_secs_f64();
+        let (width, height) = job.size();
+        let path = self.output.display();
+        let (worst, rounding) = (report.worst() + report.truth_error, written.rounding.max_abs);
+        console.result(
+            &format!(
+                "{path}  {width}x{height} {}  max error {worst:.1e} (+ {rounding:.1e} rounding)  {seconds:.2} s  {}",
+                encoding.name,
+                backend.name()
+            ),
+            &json!({
+                "path": self.output,
+                "table": job.table.facts().name,
+                "width": width,
+                "height": height,
+                "encoding": encoding.name,
+                "bytes": written.bytes,
+                "max_error": worst,
+                "median_error": report.median(),
+                "rounding": rounding,
+                "checked_texels": report.truth_texels,
+                "seconds": seconds,
+                "device": backend.name(),
+            }),
+        )
+    }
+}
+
+/// `N` or `WxH`.
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let number = |s: &str| s.parse::<u32>().map_err(|_| format!("'{s}' is not a number of texels"));
+    match text.split_once('x') {
+        None => number(text).map(|n| (n, n)),
+        Some((width, height)) => Ok((number(width)?, number(height)?)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse_size;
+
+    #[test]
+    fn size_is_one_or_two_numbers() {
+        assert_eq!(parse_size("256"), Ok((256, 256)));
+        assert_eq!(parse_size("128x32"), Ok((128, 32)));
+        assert!(parse_size("128x").is_err() && parse_size("-1").is_err() && parse_size("big").is_err());
+    }
+}

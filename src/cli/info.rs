@@ -1,0 +1,46 @@
+//! `brdf-baker info`
+
+use std::path::Path;
+
+use brdf_baker::Result;
+use brdf_baker::format;
+use brdf_baker::texture::Shape;
+use serde_json::{Map, Value, json};
+
+use super::console::Console;
+
+pub fn run(file: &Path, console: &mut Console) -> Result<()> {
+    let (texture, encoding) = format::for_path(file)?.read(file)?;
+    let shape = match texture.shape {
+        Shape::Table => "table",
+        Shape::Cube => "cube",
+    };
+    let size = format!("{}x{}", texture.width, texture.height);
+    let mut text = format!("{}\n", file.display());
+    let mut line = |key: &str, value: &str| text.push_str(&format!("  {key:16} {value}\n"));
+    line("shape", shape);
+    line("size", &size);
+    line("levels", &texture.levels.len().to_string());
+    line("encoding", encoding.name);
+    line("channels", &texture.channels.join(","));
+    for (key, value) in texture.meta.iter() {
+        line(key, value);
+    }
+    if texture.meta.is_empty() {
+        line("note", "the file does not say what it holds: brdf-baker did not write it, or its metadata was stripped");
+    }
+    let meta: Map<String, Value> = texture.meta.iter().map(|(k, v)| (k.to_string(), json!(v))).collect();
+    console.result(
+        text.trim_end(),
+        &json!({
+            "path": file,
+            "shape": shape,
+            "width": texture.width,
+            "height": texture.height,
+            "levels": texture.levels.len(),
+            "encoding": encoding.name,
+            "channels": texture.channels,
+            "meta": meta,
+        }),
+    )
+}

@@ -1,0 +1,105 @@
+//! `brdf-baker list` and `brdf-baker devices`: everything is printed from the registries.
+
+use brdf_baker::bake::TABLES;
+use brdf_baker::format::{ENCODINGS, formats};
+use brdf_baker::ndf::NDFS;
+use brdf_baker::term::visibility::VISIBILITIES;
+use brdf_baker::texture::Shape;
+use brdf_baker::{Result, gpu};
+use serde_json::json;
+
+use super::console::Console;
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+pub enum What {
+    Tables,
+    Ndfs,
+    Visibilities,
+    Kernels,
+    Encodings,
+}
+
+/// One entry of a registry.
+struct Entry {
+    name: &'static str,
+    about: String,
+    source: &'static str,
+}
+
+fn entries(what: What) -> (&'static str, Vec<Entry>) {
+    let own = String::from;
+    match what {
+        What::Tables => {
+            let entry = |t: &&dyn brdf_baker::bake::Table| {
+                let facts = t.facts();
+                let channels: Vec<_> = facts.channels.iter().map(|c| c.name).collect();
+                let about = format!("{} (channels {})", facts.about, channels.join(", "));
+                Entry { name: facts.name, about, source: facts.source }
+            };
+            ("tables", TABLES.iter().map(entry).collect())
+        }
+        What::Ndfs => {
+            ("ndfs", NDFS.iter().map(|n| Entry { name: n.name, about: own(n.about), source: n.source }).collect())
+        }
+        What::Visibilities => {
+            let entry = |v: &&brdf_baker::term::visibility::Visibility| Entry {
+                name: v.name,
+                about: own(v.about),
+                source: v.source,
+            };
+            ("visibilities", VISIBILITIES.iter().map(entry).collect())
+        }
+        What::Kernels => (
+            "kernels",
+            super::env::kernels().map(|(name, about, source)| Entry { name, about: own(about), source }).collect(),
+        ),
+        What::Encodings => {
+            let about = |encoding| {
+                let holders: Vec<String> = formats()
+                    .iter()
+                    .filter(|f| {
+                        f.encodings(Shape::Table).contains(encoding) || f.encodings(Shape::Cube).contains(encoding)
+                    })
+                    .map(|f| format!(".{}", f.extension()))
+                    .collect();
+                holders.join(" ")
+            };
+            ("encodings", ENCODINGS.iter().map(|e| Entry { name: e.name, about: about(e), source: "" }).collect())
+        }
+    }
+}
+
+pub fn run(what: Option<What>, console: &mut Console) -> Result<()> {
+    let all = [What::Tables, What::Ndfs, What::Visibilities, What::Kernels, What::Encodings];
+    for what in all.into_iter().filter(|w| what.is_none_or(|chosen| chosen == *w)) {
+        let (registry, entries) = entries(what);
+        let mut text = registry.to_string();
+        let mut list = vec![];
+        for e in entries {
+            text.push_str(&format!("\n  {:20} {}", e.name, e.about));
+            if !e.source.is_empty() {
+                text.push_str(&format!("\n  {:20}   {}", "", e.source));
+            }
+            list.push(json!({ "name": e.name, "about": e.about, "source": e.source }));
+        }
+        console.result(&text, &json!({ "registry": registry, "entries": list }))?;
+    }
+    Ok(())
+}
+
+pub fn devices(console: &mut Console) -> Result<()> {
+    for d in gpu::devices()? {
+        let text = format!("{}  {}  {}  Vulkan {}  {}  {}", d.index, d.name, d.kind.name(), d.api, d.driver, d.uuid);
+        let value = json!({
+            "index": d.index,
+            "name": d.name,
+            "kind": d.kind.name(),
+            "api": d.api,
+            "driver": d.driver,
+            "uuid": d.uuid,
+            "max_buffer_bytes": d.max_buffer_bytes,
+        });
+        console.result(text.trim_end(), &value)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,117 @@
+//! What the user may say, and which command answers.
+
+mod bake;
+pub mod console;
+mod env;
+mod info;
+mod list;
+mod verify;
+
+use std::path::PathBuf;
+
+use brdf_baker::Result;
+use clap::{CommandFactory, Parser, Subcommand};
+
+use console::Console;
+
+/// Bakes the lookup tables of physically based shading on the GPU, and proves every one right.
+///
+/// Results go to stdout, one line a file (or one JSON object a line with --json); progress and errors to stderr.
+/// Exit codes: 0 done, 1 a check failed, 2 usage or failure, 130 cancelled.
+#[derive(Parser)]
+#[command(name = "brdf-baker", version, arg_required_else_help = true)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    global: Global,
+}
+
+#[derive(clap::Args)]
+pub struct Global {
+    /// Where to compute: auto (a GPU, else software Vulkan, else the processor), cpu, or a device by index, UUID or name
+    #[arg(
+        long,
+        global = true,
+        default_value = "auto",
+        value_name = "auto|cpu|INDEX|UUID|NAME",
+        hide_default_value = true
+    )]
+    pub device: String,
+    /// Run under the Vulkan validation layer; any message is a failure
+    #[arg(long, global = true)]
+    pub validate: bool,
+    /// Print no progress and no warnings
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Print results as JSON, one object a line
+    #[arg(long, global = true)]
+    pub json: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Bake a lookup table
+    #[command(after_help = "Examples:
+  brdf-baker bake split-sum -o dfg.ktx2
+  brdf-baker bake albedo -o albedo.exr --size 64 --points edges --encoding r32f")]
+    Bake(bake::BakeArgs),
+    /// Prefilter an environment into a specular cube with mips
+    #[command(after_help = "Examples:
+  brdf-baker env studio.exr -o studio.ktx2
+  brdf-baker env sky.hdr -o sky.ktx2 --size 128 --roughness-law quadratic --mips 6")]
+    Env(env::EnvArgs),
+    /// Check a baked file against an independent f64 integration; exit code 1 if it is wrong
+    #[command(after_help = "Examples:
+  brdf-baker verify dfg.ktx2
+  brdf-baker verify dfg.ktx2 --full --json")]
+    Verify(verify::VerifyArgs),
+    /// Print what a baked file is: model, axes, channels, conventions, measured error
+    #[command(after_help = "Examples:
+  brdf-baker info dfg.ktx2
+  brdf-baker info studio.ktx2 --json")]
+    Info {
+        /// A file that brdf-baker wrote
+        file: PathBuf,
+    },
+    /// List the Vulkan devices that can compute
+    #[command(after_help = "Examples:
+  brdf-baker devices
+  brdf-baker devices --json")]
+    Devices,
+    /// List what can be chosen: tables, distributions, visibility terms, kernels, encodings
+    #[command(after_help = "Examples:
+  brdf-baker list
+  brdf-baker list encodings --json")]
+    List {
+        /// Only this registry
+        #[arg(value_enum)]
+        what: Option<list::What>,
+    },
+    /// Write shell completions to stdout
+    #[command(after_help = "Examples:
+  brdf-baker completions bash > ~/.local/share/bash-completion/completions/brdf-baker
+  brdf-baker completions zsh > ~/.zfunc/_brdf-baker")]
+    Completions {
+        /// The shell to write for
+        shell: clap_complete::Shell,
+    },
+}
+
+/// Carries out a command.
+pub fn run(args: Args) -> Result<()> {
+    let mut console = Console::new(&args.global)?;
+    match args.command {
+        Command::Bake(bake) => bake.run(&args.global, &mut console),
+        Command::Env(env) => env.run(&args.global, &mut console),
+        Command::Verify(verify) => verify.run(&mut console),
+        Command::Info { file } => info::run(&file, &mut console),
+        Command::Devices => list::devices(&mut console),
+        Command::List { what } => list::run(what, &mut console),
+        Command::Completions { shell } => {
+            let mut script = vec![];
+            clap_complete::generate(shell, &mut Args::command(), "brdf-baker", &mut script);
+            console.raw(&script)
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! `brdf-baker verify`
+
+use std::path::PathBuf;
+
+use brdf_baker::bake::TableJob;
+use brdf_baker::format;
+use brdf_baker::texture::Shape;
+use brdf_baker::verify::table::{Extent, TableReport, check};
+use brdf_baker::{Error, Result};
+use serde_json::json;
+
+use super::console::Console;
+
+#[derive(clap::Args)]
+pub struct VerifyArgs {
+    /// A file that brdf-baker wrote
+    file: PathBuf,
+    /// Check every texel, not a sample
+    #[arg(long)]
+    full: bool,
+}
+
+impl VerifyArgs {
+    pub fn run(self, console: &mut Console) -> Result<()> {
+        let (texture, encoding) = format::for_path(&self.file)?.read(&self.file)?;
+        let extent = if self.full { Extent::Full } else { Extent::Spot };
+        if texture.shape == Shape::Cube {
+            return super::env::verify(&self.file, &texture, encoding, extent, console);
+        }
+        let job =
+            TableJob::from_meta(&texture).map_err(|e| Error::input(&self.file, e.to_string(), e.help().to_string()))?;
+        let report = check(&job, &texture, Some(encoding), extent, &mut |p| console.progress(p))?;
+        console.result(
+            &text(&self.file.display().to_string(), &job, encoding.name, &report),
+            &json!({
+                "path": self.file,
+                "table": job.table.facts().name,
+                "ndf": job.model.ndf.name,
+                "visibility": job.model.visibility.name,
+                "encoding": encoding.name,
+                "passed": report.failures.is_empty(),
+                "report": report,
+            }),
+        )?;
+        match report.failures.first() {
+            None => Ok(()),
+            Some(failure) => Err(Error::Verify { what: format!("'{}' is wrong: {failure}", self.file.display()) }),
+        }
+    }
+}
+
+fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport) -> String {
+    let verdict = if report.failures.is_empty() { "right" } else { "WRONG" };
+    let mut text = format!(
+        "{path}  {} {} {} {encoding}: {verdict}",
+        job.table.facts().name,
+        job.model.ndf.name,
+        job.model.visibility.name
+    );
+    for c in &report.channels {
+        text.push_str(&format!(
+            "\n  {:10} max error {:.2e} at texel ({}, {}), rms {:.2e}, median {:.2e}, correctly rounded {:.2} %",
+            c.name,
+            c.worst,
+            c.worst_texel[0],
+            c.worst_texel[1],
+            c.rms,
+            c.median,
+            100.0 * c.correctly_rounded
+        ));
+    }
+    text.push_str(&format!(
+        "\n  truth      {} texels by adaptive f64 integration, itself within {:.0e}",
+        report.truth_texels, report.truth_error
+    ));
+    text.push_str(&format!(
+        "\n  twin       {} texels by the same rule in f64, max difference {:.2e}",
+        report.twin_texels, report.twin_worst
+    ));
+    text
+}

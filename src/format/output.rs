@@ -1,0 +1,80 @@
+//! A file that appears whole or not at all.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use super::{Encoding, Format, Rounding, rounding};
+use crate::error::{Error, Result};
+use crate::texture::Texture;
+
+/// A place that is known to be writable: an empty temporary file in the target's folder.
+///
+/// Dropping it removes the temporary file, so an error or a cancel between [`Output::prepare`] and [`Output::commit`]
+/// leaves the folder as it was. (A process that is killed outright leaves a file named `.brdf-baker-….part`.)
+#[derive(Debug)]
+pub struct Output {
+    path: PathBuf,
+    folder: PathBuf,
+    part: NamedTempFile,
+}
+
+/// What [`Output::commit`] wrote.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Written {
+    /// Size of the file.
+    pub bytes: u64,
+    /// What the encoding did to the values.
+    pub rounding: Rounding,
+}
+
+impl Output {
+    /// Checks that `path` can be written. An older file there stays as it is until [`Output::commit`].
+    pub fn prepare(path: &Path) -> Result<Output> {
+        // A link is followed, so that the file that it names is replaced and not the link.
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let refuse = |kind: io::ErrorKind| Err(Error::io("write", path, kind.into()));
+        match fs::metadata(&target) {
+            Ok(found) if found.is_dir() => return refuse(io::ErrorKind::IsADirectory),
+            Ok(found) if !found.is_file() => {
+                // Renaming over a device or a pipe would put a plain file in its place.
+                return Err(Error::usage(format!("'{}' is not a regular file", path.display()), "name a file"));
+            }
+            // A rename would replace it all the same; its owner protected it for a reason.
+            Ok(found) if found.permissions().readonly() => return refuse(io::ErrorKind::PermissionDenied),
+            _ => {}
+        }
+        if target.file_name().is_none() {
+            return refuse(io::ErrorKind::IsADirectory);
+        }
+        let folder = match target.parent() {
+            Some(folder) if folder != Path::new("") => folder.to_path_buf(),
+            _ => PathBuf::from("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".brdf-baker-").suffix(".part");
+        // The umask is applied to this; tempfile's own default would keep other users from reading the result.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let part = builder.tempfile_in(&folder).map_err(|e| Error::io("write", path, e))?;
+        Ok(Output { path: target, folder, part })
+    }
+
+    /// Writes the texture and puts the file in place, over an older one.
+    pub fn commit(mut self, format: &dyn Format, texture: &Texture, encoding: Encoding) -> Result<Written> {
+        let bytes = format.to_bytes(&self.path, texture, encoding)?;
+        let rounding = rounding(texture, encoding)?;
+        // Synced before the rename: otherwise a crash could leave the new name with an empty file behind it.
+        let written = self.part.write_all(&bytes).and_then(|()| self.part.as_file().sync_all());
+        written.map_err(|e| Error::io("write", &self.path, e))?;
+        self.part.persist(&self.path).map_err(|e| Error::io("write", &self.path, e.error))?;
+        // The rename itself is made durable where the system can; the file is in place either way.
+        #[cfg(unix)]
+        let _ = fs::File::open(&self.folder).and_then(|folder| folder.sync_all());
+        #[cfg(not(unix))]
+        let _ = &self.folder;
+        Ok(Written { bytes: bytes.len() as u64, rounding })
+    }
+}

@@ -1,0 +1,147 @@
+//! A compute pipeline with its descriptor set.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::device::{Device, gpu_error};
+use super::memory::Buffer;
+use crate::error::Result;
+
+/// Vulkan guarantees 128 bytes of push constants on every device.
+const MAX_PUSH_BYTES: u32 = 128;
+
+/// Vulkan guarantees this many workgroups a dimension on every device.
+pub const MAX_GROUPS: u32 = 65_535;
+
+/// A compute shader, ready to dispatch.
+pub struct Kernel {
+    name: String,
+    bindings: u32,
+    push_bytes: u32,
+    module: vk::ShaderModule,
+    set_layout: vk::DescriptorSetLayout,
+    layout: vk::PipelineLayout,
+    pipeline: vk::Pipeline,
+    pool: vk::DescriptorPool,
+    set: vk::DescriptorSet,
+    device: Arc<Device>,
+}
+
+impl Kernel {
+    pub(super) fn new(
+        device: &Arc<Device>,
+        name: &str,
+        spirv: &[u32],
+        bindings: u32,
+        push_bytes: u32,
+    ) -> Result<Kernel> {
+        assert!(push_bytes > 0 && push_bytes <= MAX_PUSH_BYTES, "'{name}': push block of {push_bytes} bytes");
+        // Null handles first: Drop destroys what exists (destroying a null handle does nothing), so a step that fails
+        // half-way leaks nothing.
+        let mut kernel = Kernel {
+            name: name.into(),
+            bindings,
+            push_bytes,
+            module: vk::ShaderModule::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+            layout: vk::PipelineLayout::null(),
+            pipeline: vk::Pipeline::null(),
+            pool: vk::DescriptorPool::null(),
+            set: vk::DescriptorSet::null(),
+            device: device.clone(),
+        };
+        kernel.build(spirv).map_err(|e| gpu_error(&format!("compile '{name}'"), e))?;
+        device.label(kernel.pipeline, name);
+        Ok(kernel)
+    }
+
+    fn build(&mut self, spirv: &[u32]) -> Result<(), vk::Result> {
+        let d = &self.device.raw;
+        let buffer = |binding| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(binding)
+                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::COMPUTE)
+        };
+        let bindings: Vec<_> = (0..self.bindings).map(buffer).collect();
+        let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(self.push_bytes)];
+        let sizes =
+            [vk::DescriptorPoolSize::default().ty(vk::DescriptorType::STORAGE_BUFFER).descriptor_count(self.bindings)];
+        // SAFETY: the SPIR-V was compiled by build.rs for Vulkan 1.1; every create info lives until its call returns and
+        // refers to handles of this device.
+        unsafe {
+            self.module = d.create_shader_module(&vk::ShaderModuleCreateInfo::default().code(spirv), None)?;
+            let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+            self.set_layout = d.create_descriptor_set_layout(&info, None)?;
+            let set_layouts = [self.set_layout];
+            let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&push);
+            self.layout = d.create_pipeline_layout(&info, None)?;
+            let stage = vk::PipelineShaderStageCreateInfo::default()
+                .stage(vk::ShaderStageFlags::COMPUTE)
+                .module(self.module)
+                .name(c"main");
+            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
+            let made = d.create_compute_pipelines(vk::PipelineCache::null(), &info, None).map_err(|(_, e)| e)?;
+            self.pipeline = made[0];
+            let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
+            self.pool = d.create_descriptor_pool(&info, None)?;
+            let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.pool).set_layouts(&set_layouts);
+            self.set = d.allocate_descriptor_sets(&info)?[0];
+        }
+        Ok(())
+    }
+
+    pub(super) fn dispatch(
+        &self,
+        device: &Arc<Device>,
+        buffers: &[&Buffer],
+        push: &[u8],
+        groups: [u32; 3],
+    ) -> Result<()> {
+        assert!(Arc::ptr_eq(device, &self.device), "kernel '{}' belongs to another device", self.name);
+        assert_eq!(buffers.len(), self.bindings as usize, "kernel '{}': buffers", self.name);
+        assert_eq!(push.len(), self.push_bytes as usize, "kernel '{}': push block", self.name);
+        assert!(groups.iter().all(|g| (1..=MAX_GROUPS).contains(g)), "kernel '{}': {groups:?} groups", self.name);
+        let ranges: Vec<_> =
+            buffers.iter().map(|b| [vk::DescriptorBufferInfo::default().buffer(b.raw).range(vk::WHOLE_SIZE)]).collect();
+        let writes: Vec<_> = ranges
+            .iter()
+            .enumerate()
+            .map(|(binding, range)| {
+                vk::WriteDescriptorSet::default()
+                    .dst_set(self.set)
+                    .dst_binding(binding as u32)
+                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .buffer_info(range)
+            })
+            .collect();
+        device.submit(&format!("dispatch '{}'", self.name), |d, commands| {
+            let bind = vk::PipelineBindPoint::COMPUTE;
+            // SAFETY: submit() holds the queue's lock and waits for every submission, so the set is in none and no
+            // other thread updates it; pipeline, layout and set belong together; the push range is the layout's.
+            unsafe {
+                d.update_descriptor_sets(&writes, &[]);
+                d.cmd_bind_pipeline(commands, bind, self.pipeline);
+                d.cmd_bind_descriptor_sets(commands, bind, self.layout, 0, &[self.set], &[]);
+                d.cmd_push_constants(commands, self.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
+                d.cmd_dispatch(commands, groups[0], groups[1], groups[2]);
+            }
+        })
+    }
+}
+
+impl Drop for Kernel {
+    fn drop(&mut self) {
+        let d = &self.device.raw;
+        // SAFETY: no submission is in flight; null handles are allowed.
+        unsafe {
+            d.destroy_descriptor_pool(self.pool, None);
+            d.destroy_pipeline(self.pipeline, None);
+            d.destroy_pipeline_layout(self.layout, None);
+            d.destroy_descriptor_set_layout(self.set_layout, None);
+            d.destroy_shader_module(self.module, None);
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Storage buffers, mapped where the device allows it and staged where it does not.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use super::device::{Device, gpu_error};
+use crate::error::{Error, Result};
+
+/// A storage buffer on the device.
+pub struct Buffer {
+    pub(super) raw: vk::Buffer,
+    memory: vk::DeviceMemory,
+    /// Start of the mapped memory; `None` when the memory is not visible to the host.
+    mapped: Option<Mapped>,
+    size_bytes: u64,
+    name: String,
+    device: Arc<Device>,
+}
+
+/// The address of mapped device memory.
+struct Mapped(*mut u8);
+
+// SAFETY: the address is only dereferenced through &Buffer or &mut Buffer of the buffer that owns the mapping, and a
+// mapping belongs to no thread.
+unsafe impl Send for Mapped {}
+// SAFETY: shared access only reads.
+unsafe impl Sync for Mapped {}
+
+const HOST: vk::MemoryPropertyFlags = vk::MemoryPropertyFlags::from_raw(
+    vk::MemoryPropertyFlags::HOST_VISIBLE.as_raw() | vk::MemoryPropertyFlags::HOST_COHERENT.as_raw(),
+);
+
+impl Buffer {
+    /// Device memory, mapped as well where the device has such a kind.
+    pub(super) fn new(device: &Arc<Device>, name: &str, size_bytes: u64) -> Result<Buffer> {
+        let local = vk::MemoryPropertyFlags::DEVICE_LOCAL;
+        Buffer::with(device, name, size_bytes, &[local | HOST, local, HOST])
+    }
+
+    /// Memory of the first of `wishes` that the device has.
+    fn with(device: &Arc<Device>, name: &str, size_bytes: u64, wishes: &[vk::MemoryPropertyFlags]) -> Result<Buffer> {
+        if size_bytes == 0 || size_bytes % 4 != 0 || size_bytes > device.info.max_buffer_bytes {
+            let detail =
+                format!("{size_bytes} bytes asked for, the device allows up to {}", device.info.max_buffer_bytes);
+            return Err(Error::Gpu { op: format!("allocate '{name}'"), detail });
+        }
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let info = vk::BufferCreateInfo::default().size(size_bytes).usage(usage);
+        let failed = |e| gpu_error(&format!("allocate '{name}' ({size_bytes} bytes)"), e);
+        let d = &device.raw;
+        // SAFETY: each handle is used on the device that made it and destroyed if a later step fails; the memory type
+        // is one that the buffer's requirements list; the whole allocation is mapped once and unmapped by freeing it.
+        unsafe {
+            let raw = d.create_buffer(&info, None).map_err(failed)?;
+            let needs = d.get_buffer_memory_requirements(raw);
+            let made = (|| {
+                let (kind, flags) = memory_type(device, needs.memory_type_bits, wishes)
+                    .ok_or(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)?;
+                let allocate = vk::MemoryAllocateInfo::default().allocation_size(needs.size).memory_type_index(kind);
+                let memory = d.allocate_memory(&allocate, None)?;
+                let rest = d.bind_buffer_memory(raw, memory, 0).and_then(|()| {
+                    if !flags.contains(HOST) {
+                        return Ok(None);
+                    }
+                    let start = d.map_memory(memory, 0, vk::WHOLE_SIZE, vk::MemoryMapFlags::empty())?;
+                    Ok(Some(Mapped(start.cast())))
+                });
+                rest.map(|mapped| (memory, mapped)).inspect_err(|_| d.free_memory(memory, None))
+            })();
+            match made {
+                Ok((memory, mapped)) => {
+                    device.label(raw, name);
+                    Ok(Buffer { raw, memory, mapped, size_bytes, name: name.into(), device: device.clone() })
+                }
+                Err(e) => {
+                    d.destroy_buffer(raw, None);
+                    Err(failed(e))
+                }
+            }
+        }
+    }
+
+    /// Size in bytes.
+    pub fn size_bytes(&self) -> u64 {
+        self.size_bytes
+    }
+
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        assert!(bytes.len() as u64 <= self.size_bytes, "'{}' is smaller than what is written to it", self.name);
+        match &self.mapped {
+            // SAFETY: the mapping covers the buffer, `bytes` fits, and no submission is in flight (submit() waits).
+            Some(start) => unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), start.0, bytes.len()) },
+            None => {
+                let mut staging = Buffer::with(&self.device, "staging", bytes.len() as u64, &[HOST])?;
+                staging.write(bytes)?;
+                self.copy(staging.raw, self.raw, bytes.len() as u64)?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn read<T: Pod>(&self) -> Result<Vec<T>> {
+        match &self.mapped {
+            Some(start) => {
+                let mut out = vec![T::zeroed(); self.size_bytes as usize / size_of::<T>()];
+                let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut out);
+                // SAFETY: `bytes` is no longer than the buffer, which the mapping covers; the last submission was
+                // waited for and ended with a barrier to the host.
+                unsafe { std::ptr::copy_nonoverlapping(start.0, bytes.as_mut_ptr(), bytes.len()) };
+                Ok(out)
+            }
+            None => {
+                let staging = Buffer::with(&self.device, "staging", self.size_bytes, &[HOST])?;
+                self.copy(self.raw, staging.raw, self.size_bytes)?;
+                staging.read()
+            }
+        }
+    }
+
+    fn copy(&self, from: vk::Buffer, to: vk::Buffer, size_bytes: u64) -> Result<()> {
+        let region = [vk::BufferCopy::default().size(size_bytes)];
+        self.device.submit(&format!("copy '{}'", self.name), |device, commands| {
+            // SAFETY: both buffers have transfer usage, hold at least `size_bytes`, and outlive the wait in submit().
+            unsafe { device.cmd_copy_buffer(commands, from, to, &region) };
+        })
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        // SAFETY: submit() waits, so no submission uses the buffer.
+        unsafe {
+            self.device.raw.destroy_buffer(self.raw, None);
+            self.device.raw.free_memory(self.memory, None);
+        }
+    }
+}
+
+/// The first memory type that a wish and `allowed` (a bit per type) have in common.
+fn memory_type(
+    device: &Device,
+    allowed: u32,
+    wishes: &[vk::MemoryPropertyFlags],
+) -> Option<(u32, vk::MemoryPropertyFlags)> {
+    let types = device.memory.memory_types_as_slice();
+    wishes.iter().find_map(|wish| {
+        let fits = |(i, t): &(usize, &vk::MemoryType)| allowed & (1 << i) != 0 && t.property_flags.contains(*wish);
+        types.iter().enumerate().find(fits).map(|(i, _)| (i as u32, *wish))
+    })
+}

@@ -1,0 +1,4 @@
+//! Numerical integration: fixed rules for the bakes, an adaptive integrator for the truth that checks them.
+
+pub mod adaptive;
+pub mod gauss_legendre;

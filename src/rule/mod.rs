@@ -1,0 +1,4 @@
+//! Quadrature rules that bakes are made of. The GLSL twin of `rule/x.rs` is `shaders/rule/x.glsl`.
+
+pub mod cone;
+pub mod cone_nodes;

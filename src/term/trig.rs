@@ -1,0 +1,13 @@
+//! Trigonometry that the kernels may rely on: Vulkan promises sin only to 2⁻¹¹ and atan not at all.
+
+/// sin x. Domain: x in [0, π/2]. GLSL twin `shaders/term/trig.glsl`: odd polynomial of degree 11, absolute error 2e-8
+/// before rounding.
+pub fn sin_quarter(x: f64) -> f64 {
+    x.sin()
+}
+
+/// atan x. Domain: x in [0, 1]. GLSL twin `shaders/term/trig.glsl`: odd polynomial of degree 19, absolute error 3e-9
+/// before rounding.
+pub fn atan_unit(x: f64) -> f64 {
+    x.atan()
+}

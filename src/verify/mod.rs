@@ -1,0 +1,4 @@
+//! Checks: the independent truth, the laws, and what they say of a file.
+
+pub mod table;
+pub mod truth;

@@ -1,0 +1,260 @@
+//! Compares the texels of a table with the twin and the truth, and with the laws that they must obey.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::bake::{At, TableJob};
+use crate::error::Result;
+use crate::format::{Encoding, Repr};
+use crate::progress::{OnProgress, tick};
+use crate::texture::Texture;
+
+/// Accuracy that is asked of the truth: a tenth of the tightest bound that is checked against it.
+const TRUTH_TOLERANCE: f64 = 1e-7;
+
+/// What a texel is before it is stored.
+const SINGLE: Encoding = Encoding { name: "r32f", components: 1, repr: Repr::F32 };
+
+/// How many texels a check looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// Corners, edges and a coarse grid: milliseconds.
+    Spot,
+    /// Every texel.
+    Full,
+}
+
+/// The error of one channel against the truth.
+#[derive(Clone, Debug, Serialize)]
+pub struct ChannelError {
+    /// What it holds.
+    pub name: String,
+    /// Largest absolute error.
+    pub worst: f64,
+    /// Texel (x, y) of the largest error.
+    pub worst_texel: [u32; 2],
+    /// Root mean square of the errors.
+    pub rms: f64,
+    /// Median of the absolute errors.
+    pub median: f64,
+    /// Share of texels that are the truth rounded to the stored encoding.
+    pub correctly_rounded: f64,
+}
+
+/// What a check found.
+#[derive(Clone, Debug, Serialize)]
+pub struct TableReport {
+    /// Errors against the truth, channel by channel.
+    pub channels: Vec<ChannelError>,
+    /// Texels compared with the truth.
+    pub truth_texels: usize,
+    /// Largest error bound of the truth itself.
+    pub truth_error: f64,
+    /// Texels compared with the twin, the same rule in f64.
+    pub twin_texels: usize,
+    /// Largest absolute difference from the twin.
+    pub twin_worst: f64,
+    /// Median absolute difference from the twin.
+    pub twin_median: f64,
+    /// The least bound that a checked texel had to keep, rounding included.
+    pub bound: f64,
+    /// What is wrong, in sentences; empty when everything holds.
+    pub failures: Vec<String>,
+}
+
+impl TableReport {
+    /// Largest error of any channel.
+    pub fn worst(&self) -> f64 {
+        self.channels.iter().map(|c| c.worst).fold(0.0, f64::max)
+    }
+
+    /// Largest median of any channel.
+    pub fn median(&self) -> f64 {
+        self.channels.iter().map(|c| c.median).fold(0.0, f64::max)
+    }
+}
+
+/// One texel beside a reference.
+struct Compared {
+    texel: [u32; 2],
+    at: At,
+    found: Vec<f64>,
+    expected: Vec<f64>,
+    reference_error: f64,
+}
+
+/// Checks the texels of `texture`, which `job` describes; `stored` is the encoding that they went through, if any.
+pub fn check(
+    job: &TableJob,
+    texture: &Texture,
+    stored: Option<Encoding>,
+    extent: Extent,
+    on: &mut OnProgress<'_>,
+) -> Result<TableReport> {
+    let (width, height) = job.size();
+    let compare = |texels: &[[u32; 2]], reference: &(dyn Fn(At) -> (Vec<f64>, f64) + Sync)| -> Vec<Compared> {
+        texels
+            .par_iter()
+            .map(|&texel| {
+                let at = job.at(texel[0], texel[1]);
+                let found = texture.texel(0, 0, texel[0], texel[1]).iter().map(|v| f64::from(*v)).collect();
+                let (expected, reference_error) = reference(at);
+                Compared { texel, at, found, expected, reference_error }
+            })
+            .collect()
+    };
+    let sampled = |n: u32| grid(samples(width, n), &samples(height, n));
+    let all = || grid((0..width).collect(), &(0..height).collect::<Vec<_>>());
+
+    let twin_texels = if extent == Extent::Full { all() } else { sampled(24) };
+    tick(on, "verify: twin", 0.0)?;
+    let twin = compare(&twin_texels, &|at| (job.rule(at), 0.0));
+    let truth_texels = if extent == Extent::Full { all() } else { sampled(if height == 1 { 8 } else { 5 }) };
+    let mut truth = Vec::with_capacity(truth_texels.len());
+    for chunk in truth_texels.chunks(512) {
+        tick(on, "verify: truth", truth.len() as f64 / truth_texels.len() as f64)?;
+        truth.extend(compare(chunk, &|at| {
+            let t = job.table.truth(&job.model, at, TRUTH_TOLERANCE);
+            // A derived channel such as scale = albedo − bias carries the errors of both.
+            (job.channels.iter().map(|c| t.value[*c]).collect(), 2.0 * t.error)
+        }));
+    }
+    tick(on, "verify: truth", 1.0)?;
+
+    let mut failures = vec![];
+    let mut bound = f64::INFINITY;
+    for (kind, list) in [("twin", &twin), ("truth", &truth)] {
+        if list.is_empty() {
+            failures.push(format!("no texel was compared with the {kind}"));
+        }
+        let mut bad_texels = 0;
+        let mut worst: Option<(&Compared, usize, f64)> = None;
+        for compared in list {
+            let largest = compared.found.iter().copied().fold(0.0, f64::max);
+            let mut bad = false;
+            for (channel, (found, expected)) in compared.found.iter().zip(&compared.expected).enumerate() {
+                let rounding = stored.map_or(0.0, |e| e.half_ulp_at(*expected, largest));
+                let allowed = job.table.facts().tolerance.at(compared.at) + rounding + compared.reference_error;
+                bound = bound.min(allowed);
+                let error = (found - expected).abs();
+                // NaN is not within any bound.
+                if error <= allowed {
+                    continue;
+                }
+                bad = true;
+                if worst.is_none_or(|(.., excess)| !(error - allowed <= excess)) {
+                    worst = Some((compared, channel, error - allowed));
+                }
+            }
+            bad_texels += usize::from(bad);
+        }
+        if let Some((c, channel, _)) = worst {
+            failures.push(format!(
+                "{bad_texels} of {} texels are off against the {kind}; worst: {} at texel ({}, {}), n_dot_v {:.6}, \
+                 roughness {:.6}, is {:.8} instead of {:.8}",
+                list.len(),
+                texture.channels[channel],
+                c.texel[0],
+                c.texel[1],
+                c.at.n_dot_v,
+                c.at.roughness,
+                c.found[channel],
+                c.expected[channel]
+            ));
+        }
+    }
+    laws(job, texture, stored, &mut failures);
+
+    let twin_errors = || twin.iter().flat_map(|c| c.found.iter().zip(&c.expected).map(|(f, e)| (f - e).abs()));
+    let twin_median = median(twin_errors().collect());
+    if stored.is_none() && twin.len() >= 64 && twin_median > job.table.facts().tolerance.median {
+        failures.push(format!(
+            "the median difference from the twin is {twin_median:.1e}, more than {:.1e}",
+            job.table.facts().tolerance.median
+        ));
+    }
+    Ok(TableReport {
+        channels: (0..texture.channels.len()).map(|i| channel_error(&texture.channels[i], i, &truth, stored)).collect(),
+        truth_texels: truth.len(),
+        truth_error: truth.iter().map(|c| c.reference_error).fold(0.0, f64::max),
+        twin_texels: twin.len(),
+        twin_worst: twin_errors().fold(0.0, f64::max),
+        twin_median,
+        bound,
+        failures,
+    })
+}
+
+fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<Encoding>) -> ChannelError {
+    let errors: Vec<f64> = truth.iter().map(|c| (c.found[channel] - c.expected[channel]).abs()).collect();
+    let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b])).unwrap_or(0);
+    // The nearest stored value is the one within half a step of the truth.
+    let rounded = |(c, error): &(&Compared, &f64)| {
+        let largest = c.found.iter().copied().fold(0.0, f64::max);
+        let encoding = stored.unwrap_or(SINGLE);
+        **error <= encoding.half_ulp_at(c.expected[channel], largest)
+    };
+    ChannelError {
+        name: name.into(),
+        worst: errors[worst],
+        worst_texel: truth[worst].texel,
+        rms: (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt(),
+        median: median(errors.clone()),
+        correctly_rounded: truth.iter().zip(&errors).filter(rounded).count() as f64 / truth.len() as f64,
+    }
+}
+
+/// Laws over every texel: finite, within the channel's range, and scale + bias = albedo ≤ 1.
+fn laws(job: &TableJob, texture: &Texture, stored: Option<Encoding>, failures: &mut Vec<String>) {
+    let channels: Vec<_> = job.channel_facts().collect();
+    let slack = |v: f64| job.table.facts().tolerance.near_zero + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
+    let find = |name: &str| channels.iter().position(|c| c.name == name);
+    let (scale, bias, albedo) = (find("scale"), find("bias"), find("albedo"));
+    let (width, height) = job.size();
+    let mut broken: Vec<(String, [u32; 2])> = vec![];
+    for y in 0..height {
+        for x in 0..width {
+            let texel = texture.texel(0, 0, x, y);
+            for (value, channel) in texel.iter().zip(&channels) {
+                let value = f64::from(*value);
+                let [low, high] = channel.range.map(f64::from);
+                if !(value >= low - slack(low) && value <= high + slack(high)) {
+                    broken.push((format!("{} is {value}, outside [{low}, {high}]", channel.name), [x, y]));
+                }
+            }
+            if let (Some(scale), Some(bias)) = (scale, bias) {
+                let e = f64::from(texel[scale]) + f64::from(texel[bias]);
+                if !(e <= 1.0 + 2.0 * slack(1.0)) {
+                    broken.push((format!("scale + bias is {e}, more than 1"), [x, y]));
+                }
+                if let Some(albedo) = albedo
+                    && (e - f64::from(texel[albedo])).abs() > 3.0 * slack(1.0)
+                {
+                    broken.push((format!("scale + bias is {e}, albedo is {}", texel[albedo]), [x, y]));
+                }
+            }
+        }
+    }
+    if let Some((what, [x, y])) = broken.first() {
+        failures.push(format!("{} texels break a law; the first, ({x}, {y}): {what}", broken.len()));
+    }
+}
+
+/// Indices of up to `n` samples of an axis, both ends and their neighbours included.
+fn samples(len: u32, n: u32) -> Vec<u32> {
+    let mut list: Vec<u32> =
+        (0..n).map(|i| (f64::from(i) / f64::from(n - 1) * f64::from(len - 1)).round() as u32).collect();
+    list.extend([1.min(len - 1), len.saturating_sub(2)]);
+    list.sort();
+    list.dedup();
+    list
+}
+
+fn grid(xs: Vec<u32>, ys: &[u32]) -> Vec<[u32; 2]> {
+    ys.iter().flat_map(|y| xs.iter().map(|x| [*x, *y])).collect()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

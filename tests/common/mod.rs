@@ -1,0 +1,42 @@
+//! Shared by the integration tests.
+#![allow(dead_code)]
+
+use brdf_baker::bake::Backend;
+use brdf_baker::gpu::Gpu;
+
+/// The Vulkan device of the tests, under the validation and synchronisation layers.
+///
+/// Without a device a test says that it skips; with `REQUIRE_GPU=1` that is a failure.
+pub fn gpu() -> Option<Gpu> {
+    match Gpu::open("auto", true) {
+        Ok(gpu) => Some(gpu),
+        Err(error) if std::env::var_os("REQUIRE_GPU").is_some() => panic!("REQUIRE_GPU is set: {error}"),
+        Err(error) => {
+            eprintln!("skipped: no Vulkan device ({error})");
+            None
+        }
+    }
+}
+
+/// Runs `body` on the test device; any message of the layers, leaks at the end included, fails the test.
+pub fn on_gpu(body: impl FnOnce(&Backend)) {
+    let Some(gpu) = gpu() else { return };
+    let backend = Backend::Gpu(gpu);
+    body(&backend);
+    let Backend::Gpu(gpu) = backend else { unreachable!("made two lines above") };
+    let messages = gpu.close();
+    assert!(messages.is_empty(), "the validation layers say: {messages:#?}");
+}
+
+/// Numbers in [0, 1) from a fixed seed: SplitMix64.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}

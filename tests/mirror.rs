@@ -1,0 +1,117 @@
+//! Shaders and Rust stay in step: every shared function has its twin with the same name and number of arguments.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use brdf_baker::bake::TABLES;
+use brdf_baker::shaders::SHADERS;
+use brdf_baker::term::visibility::VISIBILITIES;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut found = vec![];
+    for entry in std::fs::read_dir(folder).expect("the folder exists") {
+        let path = entry.expect("readable").path();
+        if path.is_dir() {
+            found.extend(files(&path, extension));
+        } else if path.extension().is_some_and(|e| e == extension) && path.file_stem() != Some("mod".as_ref()) {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// Name → number of arguments of the functions whose definition starts a line with one of `starts`.
+fn functions(source: &str, starts: &[&str]) -> BTreeMap<String, usize> {
+    let mut found = BTreeMap::new();
+    for (at, line) in source.match_indices('\n').map(|(i, _)| (i + 1, &source[i + 1..])) {
+        let Some(rest) = starts.iter().find_map(|s| line.strip_prefix(s)) else { continue };
+        let Some(open) = rest.find('(') else { continue };
+        let name = &rest[..open];
+        if !name.chars().all(|c| c.is_alphanumeric() || c == '_') {
+            continue;
+        }
+        let close = rest[open..].find(')').map(|i| open + i).unwrap_or_else(|| panic!("unclosed list at byte {at}"));
+        let arguments = rest[open + 1..close].split(',').filter(|a| !a.trim().is_empty()).count();
+        found.insert(name.to_string(), arguments);
+    }
+    found
+}
+
+const GLSL: [&str; 6] = ["float ", "vec2 ", "vec3 ", "vec4 ", "uint ", "bool "];
+
+/// Every difference between the twins of a folder, in words; and how many functions agree.
+fn differences(folder: &str, read: impl Fn(&Path) -> String) -> (Vec<String>, usize) {
+    let mut wrong = vec![];
+    let mut agree = 0;
+    let stems = |base: &str, extension: &str| -> Vec<PathBuf> {
+        let base = root().join(base);
+        files(&base.join(folder), extension)
+            .iter()
+            .map(|p| p.strip_prefix(&base).expect("below").with_extension(""))
+            .collect()
+    };
+    let (glsl, rust) = (stems("shaders", "glsl"), stems("src", "rs"));
+    for stem in glsl.iter().filter(|s| !rust.contains(s)) {
+        wrong.push(format!("shaders/{}.glsl has no Rust twin", stem.display()));
+    }
+    for stem in &rust {
+        let in_rust = functions(&read(&root().join("src").join(stem).with_extension("rs")), &["pub fn "]);
+        if !glsl.contains(stem) {
+            wrong.push(format!("src/{}.rs has no GLSL twin", stem.display()));
+            continue;
+        }
+        let in_glsl = functions(&read(&root().join("shaders").join(stem).with_extension("glsl")), &GLSL);
+        for name in in_rust.keys().chain(in_glsl.keys()) {
+            match (in_rust.get(name), in_glsl.get(name)) {
+                (a, b) if a == b => agree += 1,
+                (a, b) => wrong.push(format!("{}::{name}: {a:?} arguments in Rust, {b:?} in GLSL", stem.display())),
+            }
+        }
+    }
+    (wrong, agree)
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).expect("readable")
+}
+
+#[test]
+fn shared_functions_have_twins() {
+    for folder in ["ndf", "term"] {
+        let (wrong, agree) = differences(folder, read);
+        assert!(wrong.is_empty(), "{wrong:#?}");
+        assert!(agree >= 3, "only {agree} functions of {folder} were compared");
+    }
+}
+
+#[test]
+fn missing_twin_and_wrong_arity_are_seen() {
+    let renamed = |p: &Path| read(p).replace("float sigma(", "float sigmo(");
+    assert_eq!(differences("ndf", renamed).0.len(), 2);
+    let longer = |p: &Path| read(p).replace("float schlick_weight(float m)", "float schlick_weight(float m, float n)");
+    assert!(!differences("term", longer).0.is_empty());
+}
+
+#[test]
+fn every_shader_is_compiled() {
+    for file in files(&root().join("shaders"), "comp") {
+        let name = file.strip_prefix(root().join("shaders")).expect("below").with_extension("");
+        let name = name.to_str().expect("UTF-8");
+        assert!(SHADERS.iter().any(|(n, _)| n.split('+').next() == Some(name)), "{name} is not compiled");
+    }
+}
+
+#[test]
+fn every_table_has_a_shader_per_visibility() {
+    assert_eq!(TABLES.len(), 3);
+    for visibility in VISIBILITIES {
+        for table in ["split_sum", "albedo"] {
+            let name = format!("bake/{table}+{}", visibility.file);
+            assert!(SHADERS.iter().any(|(n, _)| *n == name), "{name} is not compiled");
+        }
+    }
+}

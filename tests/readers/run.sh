@@ -1,0 +1,40 @@
+#!/bin/sh
+# Reads files of every format with libraries that are not ours: OpenImageIO, OpenEXR and Pillow (Python), ktx-parse (node).
+# Installs them under target/readers; Python's venv, node and npm come from apt when they are missing. Fails loudly.
+set -eu
+cd "$(dirname "$0")/../.."
+readers=$PWD/tests/readers
+work=$PWD/target/readers
+samples=$work/samples
+mkdir -p "$work"
+
+need() { # package, then a command that works when it is there
+    package=$1
+    shift
+    if ! "$@" >/dev/null 2>&1; then
+        echo "readers: installing $package"
+        if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
+        $sudo apt-get update -q && $sudo apt-get install -qy "$package"
+        "$@" >/dev/null || { echo "readers: $package is still missing" >&2; exit 1; }
+    fi
+}
+need python3-venv python3 -c 'import ensurepip, venv'
+need nodejs node --version
+need npm npm --version
+
+if ! cmp -s "$readers/requirements.txt" "$work/venv/requirements.txt"; then
+    rm -rf "$work/venv"
+    python3 -m venv "$work/venv"
+    "$work/venv/bin/pip" install -q --disable-pip-version-check -r "$readers/requirements.txt"
+    cp "$readers/requirements.txt" "$work/venv/"
+fi
+if ! cmp -s "$readers/package.json" "$work/package.json" || [ ! -d "$work/node_modules/ktx-parse" ]; then
+    cp "$readers/package.json" "$work/"
+    (cd "$work" && npm install --silent --no-audit --no-fund)
+fi
+cp "$readers/read.mjs" "$work/" # node looks for modules beside the script
+
+rm -rf "$samples"
+cargo run --quiet --example write_samples -- "$samples"
+"$work/venv/bin/python" "$readers/read.py" "$samples"
+node "$work/read.mjs" "$samples"
