@@ -16,7 +16,6 @@ pub mod area;
 pub mod import;
 pub mod orientation;
 pub mod tree;
-pub mod truth;
 
 /// An equirectangular picture of linear radiance, twice as wide as high.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +53,13 @@ impl Equirect {
             texels.extend((0..width).map(|x| at(centre(x, width), centre(y, height))));
         }
         Self { width, height, texels, clamped: None }
+    }
+
+    /// The same picture with every texel repeated `times` × `times`: the same piecewise constant radiance.
+    pub fn repeated(&self, times: u32) -> Self {
+        let (width, height) = (self.width * times, self.height * times);
+        let texel = |i: u32| self.row(i / width / times)[(i % width / times) as usize];
+        Self { width, height, texels: (0..width * height).map(texel).collect(), clamped: self.clamped }
     }
 
     /// The texels of row `y`.

@@ -33,11 +33,17 @@ use super::Equirect;
 /// How a tree is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
-    /// A node whose half diagonal is below this angle is a leaf.
+    /// A node whose half diagonal is below this angle is a leaf, if it has no more than [`MAX_CUT`] texels.
     pub leaf_extent_rad: f64,
-    /// A node brighter than the mean counts as larger, so that it is cut more finely, by its ratio up to this factor.
+    /// A node whose half diagonal is below this angle is a leaf: no lobe asks for more.
+    pub least_extent_rad: f64,
+    /// A node brighter than the mean counts as larger, so that it is cut more finely: by the root of the ratio, up to
+    /// this factor.
     pub brightness_limit: f64,
 }
+
+/// Texels in a leaf that a walk may look at one by one.
+pub const MAX_CUT: u32 = 16;
 
 /// A rectangle of the picture with its moments, as the shader reads it: four times four words.
 #[repr(C)]
@@ -57,7 +63,7 @@ pub struct Node {
     pub rows: [u16; 2],
     /// Q: xx, yy, zz, xy, xz, yz, as 16-bit fractions of (2 half diagonals)².
     pub q: [i16; 6],
-    /// First column (low half), columns (high half; 0 stands for a node with children).
+    /// First column (low half), columns (high half).
     pub columns: [u16; 2],
 }
 
@@ -83,10 +89,6 @@ pub struct Tree {
     pub base: [f32; 3],
     /// Mean of R over the sphere, per channel.
     pub mean: [f64; 3],
-    /// Columns of the picture.
-    pub width: u32,
-    /// Rows of the picture.
-    pub height: u32,
 }
 
 /// Sums over a rectangle, before they are divided.
@@ -183,7 +185,18 @@ impl Tree {
         };
         let mut nodes = Vec::new();
         builder.grow(Rect { r0: 0, r1: height, c0: 0, c1: width }, &mut nodes);
-        Self { nodes, base, mean, width, height }
+        Self { nodes, base, mean }
+    }
+
+    /// D of blue is the first times D of red plus the second times D of green.
+    pub fn blue_from(&self) -> [f64; 2] {
+        [-self.mean[2] * inverse(self.mean[0]), -self.mean[2] * inverse(self.mean[1])]
+    }
+
+    /// Can a walk whose least extent is `extent_rad` ask for the texels of a leaf?
+    pub fn needs_texels(&self, extent_rad: f64) -> bool {
+        let wants = |n: &Node| n.skip == 1 && n.extent[1].to_f64() > extent_rad;
+        self.nodes.par_iter().any(wants)
     }
 
     /// Decodes node `i`.
@@ -191,12 +204,13 @@ impl Tree {
         let node = &self.nodes[i];
         let scale = 2.0 * f64::from(node.extent[0].to_f32());
         let fraction = |v: i16| (f64::from(v) / 32767.0).max(-1.0);
+        let [blue_red, blue_green] = self.blue_from();
         let e = node.e.map(f64::from);
         let mut d = [[0.0; 3]; 3];
         for x in 0..3 {
             d[0][x] = fraction(node.d[x]) * scale * e[0];
             d[1][x] = fraction(node.d[3 + x]) * scale * e[1];
-            d[2][x] = -self.mean[2] * (d[0][x] * inverse(self.mean[0]) + d[1][x] * inverse(self.mean[1]));
+            d[2][x] = blue_red * d[0][x] + blue_green * d[1][x];
         }
         Moments { c: node.c.map(f64::from), e, d, q: node.q.map(|v| fraction(v) * scale * scale) }
     }
@@ -248,11 +262,13 @@ impl Builder<'_> {
     /// The parts of a rectangle; one where it stays whole.
     fn cut(&self, r: Rect) -> Vec<Rect> {
         let (height, width) = self.sides(r);
-        if self.half_diagonal(r) <= self.params.leaf_extent_rad {
+        let (rows, columns) = (r.r1 - r.r0, r.c1 - r.c0);
+        let extent = self.half_diagonal(r);
+        let few = rows * columns <= MAX_CUT;
+        if extent <= self.params.least_extent_rad || few && extent <= self.params.leaf_extent_rad {
             return vec![r];
         }
         const LONG: f64 = 1.4;
-        let (rows, columns) = (r.r1 - r.r0, r.c1 - r.c0);
         let by_rows = rows > 1 && (columns == 1 || height * LONG > width);
         let by_columns = columns > 1 && (rows == 1 || width * LONG > height);
         let row = if by_rows { vec![(r.r0, r.r0 + rows / 2), (r.r0 + rows / 2, r.r1)] } else { vec![(r.r0, r.r1)] };
@@ -291,9 +307,6 @@ impl Builder<'_> {
             sums
         };
         nodes[at] = self.node(r, &sums, (nodes.len() - at) as u32);
-        if parts.len() > 1 {
-            nodes[at].columns[1] = 0;
-        }
         sums
     }
 
@@ -359,7 +372,7 @@ impl Builder<'_> {
         });
         let area = (f64::from(r.c1 - r.c0) * self.d_phi)
             * ((f64::from(r.r0) * self.d_theta).cos() - (f64::from(r.r1) * self.d_theta).cos());
-        let ratio = (weight / (3.0 * area)).clamp(1.0, self.params.brightness_limit);
+        let ratio = (weight / (3.0 * area)).sqrt().clamp(1.0, self.params.brightness_limit);
         let key = f16::from_f64(f64::from(extent.to_f32()) * ratio);
         Node { c: c.map(|v| v as f32), extent: [extent, key], e: sums.e.map(|v| v as f32), skip, d, rows, q, columns }
     }

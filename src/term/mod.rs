@@ -4,3 +4,4 @@ pub mod cube;
 pub mod fresnel;
 pub mod trig;
 pub mod visibility;
+pub mod zonal;
