@@ -1,7 +1,7 @@
 //! Compiles every `shaders/**/*.comp` to SPIR-V and writes the tables of constants that shaders and Rust share.
 //!
-//! `#include "x.glsl"` reads `shaders/x.glsl`. `#include <ndf>` and `#include <visibility>` stand for one file of
-//! `shaders/ndf` or `shaders/term/visibility`: a shader that uses one is compiled once per file there and is called
+//! `#include "x.glsl"` reads `shaders/x.glsl`. `#include <ndf>`, `#include <visibility>` and `#include <zonal>` stand for one file of
+//! `shaders/ndf`, `shaders/term/visibility` or `shaders/term/zonal`: a shader that uses one is compiled once per file there and is called
 //! `path/name+file`. `#include <cone_nodes>` reads the node table that this script generates.
 
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ mod quadrature {
 mod cone_nodes;
 
 /// What `#include <slot>` may stand for.
-const SLOTS: [(&str, &str); 2] = [("ndf", "ndf"), ("visibility", "term/visibility")];
+const SLOTS: [(&str, &str); 3] = [("ndf", "ndf"), ("visibility", "term/visibility"), ("zonal", "term/zonal")];
 
 fn main() {
     let root = PathBuf::from("shaders");

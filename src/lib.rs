@@ -36,6 +36,7 @@
 
 pub mod axis;
 pub mod bake;
+pub mod env;
 pub mod error;
 pub mod format;
 pub mod gpu;

@@ -4,6 +4,7 @@ mod albedo;
 mod average_albedo;
 pub mod backend;
 pub mod grid;
+pub mod specular;
 mod split_sum;
 
 pub use backend::Backend;

@@ -1,4 +1,5 @@
 //! Checks: the independent truth, the laws, and what they say of a file.
 
+pub mod environment;
 pub mod table;
 pub mod truth;

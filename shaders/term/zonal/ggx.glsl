@@ -1,0 +1,11 @@
+// GGX lobe (Trowbridge-Reitz; Walter et al. 2007, Eq. 33) with the weight n.w. Rust twin: src/term/zonal/ggx.rs.
+
+// Mean over a node and slope: (x, y).
+// Domain: h in [0, 1], mu >= 0, f in [0, 1], v >= 0, alpha in (0, 1].
+vec2 over_node(float h, float mu, float f, float v, float alpha) {
+    float a2 = alpha * alpha;
+    float b = 1.0 - a2;
+    float r = 1.0 / (a2 + b * h);
+    float b_mu_r = b * mu * r;
+    return r * r * vec2(mu + v * b * r * (8.0 * f + 6.0 * b_mu_r), f + b_mu_r);
+}

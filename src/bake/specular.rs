@@ -1,0 +1,651 @@
+//! Filtered environments: what image-based lighting reads for glossy reflections.
+//!
+//! Mip m of a cube holds, at the centre direction n of every texel,
+//!
+//! ```text
+//! P_m(n) = ∫ K(h) L(ω) dω / ∫ K(h) dω,    h = (1 − n·ω)/2
+//! ```
+//!
+//! with the kernel K of [`crate::term::zonal`] at the mip's width alpha; view, normal and reflection are equal
+//! (Karis 2013). L is the source as [`crate::env`] defines it. Mip 0 has alpha = 0: it holds the source itself, averaged
+//! over every texel's exact solid angle ([`crate::env::area`]). The other mips are smooth, so they hold values at points,
+//! which is what a bilinear reader interpolates.
+//!
+//! **Rule.** No sampling: for each 4 × 4 texels the tree of moments ([`crate::env::tree`]) is walked. A node that is
+//! small against its distance from the lobe's axis is added as a whole, through its energy, centroid, colour moments
+//! and spread:
+//!
+//! ```text
+//! h̄ = (|n − c|² + tr Q)/4            the exact mean of h over the node
+//! v = (n − c)ᵀ Q (n − c)/8 + (tr Q)²/16    half its variance; the second part stands for the terms beyond
+//! w = √(1.5 tr Q)                    half the node's reach in μ
+//! f = clamp(½ + (1 − 2h̄)/(2w), 0, 1), μ̄ = max(1 − 2h̄, w f²)    share above the horizon, mean of max(μ, 0)
+//! s += mean(h̄, μ̄, f, v) e + slope(…) n·D
+//! ```
+//!
+//! Otherwise its children are visited, or the leaf is cut into parts of its texels. "Small" is
+//!
+//! ```text
+//! extent · brightness ≤ eps · min(room · (room/alpha)^(−1/8), cap),    room = max(near · alpha, distance)
+//! ```
+//!
+//! The error of a node goes with the third power of extent/distance. Division is by the kernel's own norm, never by a
+//! sum of weights. The same bytes come out whatever the slices and however many threads.
+
+use std::borrow::Cow;
+use std::time::{Duration, Instant};
+
+use half::f16;
+use rayon::prelude::*;
+
+use super::Backend;
+use crate::env::orientation::{centre, normalized};
+use crate::env::tree::{MAX_CUT, Moments, Params, Tree};
+use crate::env::{Equirect, area};
+use crate::error::{Error, Result, nearest};
+use crate::gpu::{Gpu, MAX_GROUPS};
+use crate::ndf::alpha_of;
+use crate::progress::{OnProgress, tick};
+use crate::shaders;
+use crate::term::cube::direction;
+use crate::term::zonal::{self, Zonal};
+use crate::texture::{Meta, Shape, Texture};
+
+/// Largest side of a face in texels.
+pub const MAX_SIZE: u32 = 4096;
+/// Texels along a side of a block: what one invocation computes.
+const BLOCK: u32 = 4;
+/// Invocations a workgroup, as in the shader.
+const WORKGROUP: u32 = 32;
+/// Sources with fewer columns are repeated texel by texel: a leaf must not be cut into too many parts.
+const LEAST_WIDTH: u32 = 512;
+/// A slice should take this long: enough to keep a GPU busy, short enough for progress, cancel and watchdogs.
+const SLICE_AIM: Duration = Duration::from_millis(25);
+
+/// How roughness runs over the mips m = 0..=M.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RoughnessLaw {
+    /// roughness = m/M.
+    Linear,
+    /// roughness = 1 − √(1 − m/M): finer steps where reflections are sharp.
+    Quadratic,
+}
+
+impl RoughnessLaw {
+    /// All laws, in the order of their documentation.
+    pub const ALL: [RoughnessLaw; 2] = [RoughnessLaw::Linear, RoughnessLaw::Quadratic];
+
+    /// The name used on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            RoughnessLaw::Linear => "linear",
+            RoughnessLaw::Quadratic => "quadratic",
+        }
+    }
+
+    /// The law with this name.
+    pub fn parse(name: &str) -> Result<Self> {
+        let known = || Self::ALL.iter().map(|l| l.name());
+        Self::ALL
+            .into_iter()
+            .find(|l| l.name() == name)
+            .ok_or_else(|| Error::usage(format!("unknown roughness law '{name}'"), nearest(name, known())))
+    }
+
+    /// Roughness at `x` = m/M, in [0, 1].
+    pub fn roughness(self, x: f64) -> f64 {
+        match self {
+            RoughnessLaw::Linear => x,
+            // 1 − √(1 − x) without cancellation.
+            RoughnessLaw::Quadratic => x / (1.0 + (1.0 - x).sqrt()),
+        }
+    }
+}
+
+/// How finely the walk looks. The error goes with eps³.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precision {
+    /// Extent of a node over its distance.
+    pub eps: f64,
+    /// Nodes need not be smaller than at this distance, in units of alpha.
+    pub near: f64,
+    /// Greatest distance that counts, for wide lobes; narrow ones go up to twice as far.
+    pub cap: f64,
+    /// Nodes brighter than the mean are cut finer by the root of the ratio, up to this factor.
+    pub brightness_limit: f64,
+    /// Iterations after which an invocation gives up with an error. Software Vulkan counts to 65,535.
+    pub limit: u32,
+}
+
+impl Default for Precision {
+    fn default() -> Self {
+        Self { eps: 0.45, near: 1.5, cap: 0.3, brightness_limit: 4.0, limit: 60_000 }
+    }
+}
+
+/// A filtered environment as a user words it.
+#[derive(Clone, Debug)]
+pub struct SpecularRequest {
+    /// Name of the kernel.
+    pub kernel: String,
+    /// Texels along a side of a face at mip 0.
+    pub size: u32,
+    /// Number of mips; `None` goes down to 1 × 1.
+    pub mips: Option<u32>,
+    /// Name of the roughness law.
+    pub roughness_law: String,
+}
+
+impl Default for SpecularRequest {
+    fn default() -> Self {
+        Self { kernel: "ggx".into(), size: 256, mips: None, roughness_law: "linear".into() }
+    }
+}
+
+impl SpecularRequest {
+    /// Checks every name and number.
+    pub fn resolve(&self) -> Result<SpecularJob> {
+        let kernel = zonal::parse(&self.kernel)?;
+        let law = RoughnessLaw::parse(&self.roughness_law)?;
+        if !(1..=MAX_SIZE).contains(&self.size) {
+            let what = format!("a cube face of {} texels cannot be baked", self.size);
+            return Err(Error::usage(what, format!("use --size from 1 to {MAX_SIZE}")));
+        }
+        let most = self.size.ilog2() + 1;
+        let mips = self.mips.unwrap_or(most);
+        if !(1..=most).contains(&mips) {
+            let what = format!("a cube of size {} cannot have {mips} mips", self.size);
+            return Err(Error::usage(what, format!("use --mips from 1 to {most}")));
+        }
+        Ok(SpecularJob { kernel, size: self.size, mips, law, precision: Precision::default() })
+    }
+}
+
+/// A filtered environment to bake.
+#[derive(Clone)]
+pub struct SpecularJob {
+    /// What to filter with.
+    pub kernel: &'static Zonal,
+    /// Texels along a side of a face at mip 0.
+    pub size: u32,
+    /// Number of mips, mip 0 included.
+    pub mips: u32,
+    /// How roughness runs over the mips.
+    pub law: RoughnessLaw,
+    /// How finely the walk looks.
+    pub precision: Precision,
+}
+
+/// A source made ready: its tree, and the texels that leaves are cut into.
+pub struct Prepared<'a> {
+    /// The source, repeated where it was too coarse.
+    pub source: Cow<'a, Equirect>,
+    /// Its tree.
+    pub tree: Tree,
+}
+
+/// A kernel at one width, with the bounds of the walk.
+#[derive(Clone, Copy)]
+pub struct Lobe {
+    kernel: &'static Zonal,
+    /// Width.
+    pub alpha: f64,
+    inverse_norm: f64,
+    precision: Precision,
+    cap: f64,
+}
+
+/// What a walk found, and how far it went.
+#[derive(Clone, Debug)]
+pub struct Walked {
+    /// The filtered radiance at every axis.
+    pub values: Vec<[f64; 3]>,
+    /// Iterations.
+    pub steps: u32,
+    /// Nodes and parts that were added.
+    pub added: u32,
+}
+
+impl SpecularJob {
+    /// The width of mip `m`: 0 at mip 0.
+    pub fn alpha(&self, m: u32) -> f64 {
+        if m == 0 { 0.0 } else { alpha_of(self.law.roughness(f64::from(m) / f64::from(self.mips - 1))) }
+    }
+
+    /// Texels along a side of a face at mip `m`.
+    pub fn level_size(&self, m: u32) -> u32 {
+        (self.size >> m).max(1)
+    }
+
+    /// The lobe of mip `m` ≥ 1.
+    pub fn lobe(&self, m: u32) -> Lobe {
+        Lobe::new(self.kernel, self.alpha(m), self.precision)
+    }
+
+    /// The axis of texel (x, y) at mip `m`.
+    pub fn axis(&self, m: u32, face: u32, x: u32, y: u32) -> [f64; 3] {
+        let (s, t) = centre(x, y, self.level_size(m));
+        normalized(direction(face, s, t))
+    }
+
+    /// Builds the tree for this job's narrowest lobe. `base` is `None` for the lowest value of each channel.
+    pub fn prepare<'a>(&self, source: &'a Equirect, base: Option<[f32; 3]>) -> Prepared<'a> {
+        let source = if source.width < LEAST_WIDTH {
+            Cow::Owned(source.repeated(LEAST_WIDTH.div_ceil(source.width)))
+        } else {
+            Cow::Borrowed(source)
+        };
+        let p = self.precision;
+        let narrowest = if self.mips > 1 { self.alpha(1) } else { 1.0 };
+        let least = p.eps * p.near * narrowest;
+        // Four texels at least, in a square: what is finer is cut out of the source when it is asked for.
+        let texel = std::f64::consts::PI / f64::from(source.height);
+        let params = Params {
+            leaf_extent_rad: (0.6 * least).max(1.45 * texel),
+            least_extent_rad: 0.6 * least,
+            brightness_limit: p.brightness_limit,
+        };
+        let tree = Tree::new(&source, &params, base);
+        Prepared { source, tree }
+    }
+
+    /// Bakes the cube; its meta says everything but the measured error.
+    pub fn run(&self, source: &Equirect, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
+        tick(on, "reading the environment", 0.0)?;
+        let mut levels = vec![area::cube(source, self.size)];
+        if self.mips > 1 {
+            tick(on, "building the tree", 0.0)?;
+            let prepared = self.prepare(source, None);
+            levels.extend(self.filter(&prepared, backend, on)?);
+        }
+        let channels = ["r", "g", "b"].map(String::from).to_vec();
+        let (width, height) = (self.size, self.size);
+        Ok(Texture { shape: Shape::Cube, width, height, channels, levels, meta: self.meta(backend) })
+    }
+
+    /// Mips 1 and up, RGB.
+    pub fn filter(&self, prepared: &Prepared<'_>, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Vec<Vec<f32>>> {
+        let levels = match backend {
+            Backend::Cpu => self.on_cpu(prepared, on)?,
+            Backend::Gpu(gpu) => self.on_gpu(prepared, gpu, None, on)?,
+        };
+        for (m, level) in levels.iter().enumerate() {
+            if let Some(bad) = level.iter().position(|v| !v.is_finite()) {
+                let detail = format!("value {bad} of mip {} is {}", m + 1, level[bad]);
+                return Err(Error::Gpu { op: format!("filter the environment with {}", self.kernel.name), detail });
+            }
+        }
+        Ok(levels)
+    }
+
+    /// Blocks along a side of a face at mip `m`.
+    fn side(&self, m: u32) -> u32 {
+        self.level_size(m).div_ceil(BLOCK)
+    }
+
+    fn blocks(&self, m: u32) -> u32 {
+        6 * self.side(m) * self.side(m)
+    }
+
+    fn stage(&self, m: u32) -> String {
+        format!("mip {m} of {}", self.mips - 1)
+    }
+
+    fn overrun(&self, m: u32) -> Error {
+        let detail = format!(
+            "mip {m} (alpha {:.5}) needs more than {} steps a block; use fewer mips or a larger --size",
+            self.alpha(m),
+            self.precision.limit
+        );
+        Error::Gpu { op: format!("filter the environment with {}", self.kernel.name), detail }
+    }
+
+    fn on_cpu(&self, prepared: &Prepared<'_>, on: &mut OnProgress<'_>) -> Result<Vec<Vec<f32>>> {
+        /// Blocks between two looks at the progress listener.
+        const SLICE: u32 = 64;
+        let total: u32 = (1..self.mips).map(|m| self.blocks(m)).sum();
+        let mut done = 0;
+        let mut levels = vec![];
+        for m in 1..self.mips {
+            let (n, lobe, stage) = (self.level_size(m), self.lobe(m), self.stage(m));
+            let mut level = vec![f32::NAN; 18 * (n * n) as usize];
+            for first in (0..self.blocks(m)).step_by(SLICE as usize) {
+                tick(on, &stage, f64::from(done) / f64::from(total))?;
+                let end = (first + SLICE).min(self.blocks(m));
+                let found: Vec<_> = (first..end)
+                    .into_par_iter()
+                    .map(|index| {
+                        let texels = self.block(m, index);
+                        let axes: Vec<_> = texels.iter().map(|[face, x, y]| self.axis(m, *face, *x, *y)).collect();
+                        lobe.walk(prepared, &axes).map(|walked| (texels, walked))
+                    })
+                    .collect();
+                for block in found {
+                    let (texels, walked) = block.ok_or_else(|| self.overrun(m))?;
+                    for ([face, x, y], value) in texels.into_iter().zip(walked.values) {
+                        let at = 3 * ((face * n + y) * n + x) as usize;
+                        level[at..at + 3].copy_from_slice(&value.map(|v| v as f32));
+                    }
+                }
+                done += end - first;
+            }
+            levels.push(level);
+        }
+        tick(on, "filtered", 1.0)?;
+        Ok(levels)
+    }
+
+    /// Face, column and row of a block's 16 texels; beyond the face's end its last texels stand in. The order of the
+    /// blocks is the shader's.
+    pub fn block(&self, m: u32, index: u32) -> Vec<[u32; 3]> {
+        let (side, last) = (self.side(m), self.level_size(m) - 1);
+        let (face, at) = (index / (side * side), index % (side * side));
+        let (x, y) = if side.is_multiple_of(4) {
+            let (across, group, within) = (side / 4, at / 8, at % 8);
+            ((group % across) * 4 + within % 4, (group / across) * 2 + within / 4)
+        } else {
+            (at % side, at / side)
+        };
+        (0..BLOCK * BLOCK)
+            .map(|i| [face, (x * BLOCK + i % BLOCK).min(last), (y * BLOCK + i / BLOCK).min(last)])
+            .collect()
+    }
+
+    /// `slice` fixes the number of blocks a dispatch; `None` aims at a duration.
+    pub fn on_gpu(
+        &self,
+        prepared: &Prepared<'_>,
+        gpu: &Gpu,
+        slice: Option<u32>,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Vec<Vec<f32>>> {
+        let Prepared { source, tree } = prepared;
+        let name = format!("bake/specular+{}", self.kernel.name);
+        let kernel = gpu.kernel(&name, shaders::spirv(&name), 5, size_of::<Push>() as u32)?;
+        let nodes = gpu.upload("nodes", &tree.nodes)?;
+        let cut = tree.needs_texels(self.precision.eps * self.precision.near * self.alpha(1));
+        let texels = if cut { residual(source, tree.base) } else { vec![0.0] };
+        let texels = gpu.upload("texels", &texels)?;
+        let lines = gpu.upload("lines", &lines(source))?;
+        let mut status = gpu.upload("status", &[0u32])?;
+        let count: u32 = (1..self.mips).map(|m| 6 * self.level_size(m) * self.level_size(m)).sum();
+        let result = gpu.buffer("result", u64::from(count) * 12)?;
+
+        let total: u32 = (1..self.mips).map(|m| self.blocks(m)).sum();
+        let (mut done, mut offset) = (0, 0);
+        let mut next = slice.unwrap_or(1);
+        for m in 1..self.mips {
+            let push = self.push(m, offset, prepared);
+            let mut first = 0;
+            while first < self.blocks(m) {
+                tick(on, &self.stage(m), f64::from(done) / f64::from(total))?;
+                let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
+                let start = Instant::now();
+                let slice_push = Push { first, end: first + count, ..push };
+                let buffers = [&nodes, &texels, &lines, &result, &status];
+                gpu.dispatch(&kernel, &buffers, &slice_push, [count.div_ceil(WORKGROUP), 1, 1])?;
+                next = slice.unwrap_or_else(|| next_slice(count, start.elapsed()));
+                first += count;
+                done += count;
+            }
+            if gpu.read::<u32>(&status)?[0] != 0 {
+                gpu.write(&mut status, &[0u32])?;
+                return Err(self.overrun(m));
+            }
+            offset += 6 * self.level_size(m) * self.level_size(m);
+        }
+        tick(on, "filtered", 1.0)?;
+        let all = gpu.read::<f32>(&result)?;
+        let mut rest = all.as_slice();
+        let levels = (1..self.mips).map(|m| {
+            let (level, more) = rest.split_at(18 * (self.level_size(m) * self.level_size(m)) as usize);
+            rest = more;
+            level.to_vec()
+        });
+        Ok(levels.collect())
+    }
+
+    fn push(&self, m: u32, offset: u32, prepared: &Prepared<'_>) -> Push {
+        let Prepared { source, tree } = prepared;
+        let lobe = self.lobe(m);
+        let [blue_red, blue_green] = tree.blue_from();
+        Push {
+            size: self.level_size(m),
+            side: self.side(m),
+            first: 0,
+            end: 0,
+            offset,
+            node_count: tree.nodes.len() as u32,
+            limit: self.precision.limit,
+            rows: source.height,
+            d_theta: (std::f64::consts::PI / f64::from(source.height)) as f32,
+            d_phi: (std::f64::consts::TAU / f64::from(source.width)) as f32,
+            alpha: lobe.alpha as f32,
+            near: (self.precision.near * lobe.alpha) as f32,
+            eps: self.precision.eps as f32,
+            cap: lobe.cap as f32,
+            inverse_norm: lobe.inverse_norm as f32,
+            blue_red: blue_red as f32,
+            blue_green: blue_green as f32,
+            base: tree.base,
+        }
+    }
+
+    /// What the file says of itself.
+    fn meta(&self, backend: &Backend) -> Meta {
+        let mut meta = Meta::default();
+        let list =
+            |of: &dyn Fn(u32) -> f64| (0..self.mips).map(|m| format!("{:.6}", of(m))).collect::<Vec<_>>().join(",");
+        meta.set("environment", "specular");
+        meta.set("kernel", self.kernel.name);
+        meta.set("roughness-law", self.law.name());
+        meta.set("alpha", list(&|m| self.alpha(m)));
+        meta.set("mip.0", "mean over the texel's solid angle");
+        meta.set(
+            "orientation",
+            "equirect (u, v) looks along (cos φ sin θ, cos θ, sin φ sin θ), φ = 2π(u − 1/2), θ = πv",
+        );
+        meta.set("source", self.kernel.source);
+        meta.set("rule", format!("moment tree, eps {}", self.precision.eps));
+        meta.set("device", backend.name());
+        meta.set("driver", backend.driver());
+        meta.set("version", env!("CARGO_PKG_VERSION"));
+        meta
+    }
+}
+
+/// The next slice aims at [`SLICE_AIM`], growing at most four-fold; both halves of a processor get something to do.
+fn next_slice(count: u32, took: Duration) -> u32 {
+    let factor = (SLICE_AIM.as_secs_f64() / took.as_secs_f64().max(1e-6)).clamp(0.25, 4.0);
+    ((f64::from(count) * factor) as u32).max(2 * WORKGROUP) / WORKGROUP * WORKGROUP
+}
+
+/// The source without its base, RGB interleaved.
+fn residual(source: &Equirect, base: [f32; 3]) -> Vec<f32> {
+    source.texels.iter().flat_map(|t| [t[0] - base[0], t[1] - base[1], t[2] - base[2]]).collect()
+}
+
+/// Cosine and sine of θ at the middle of every row, then of φ at the middle of every column.
+fn lines(source: &Equirect) -> Vec<[f32; 2]> {
+    let theta = (0..source.height).map(|i| std::f64::consts::PI * (f64::from(i) + 0.5) / f64::from(source.height));
+    let phi = (0..source.width).map(|j| std::f64::consts::TAU * ((f64::from(j) + 0.5) / f64::from(source.width) - 0.5));
+    theta.chain(phi).map(|a| [a.cos() as f32, a.sin() as f32]).collect()
+}
+
+/// The shader's push constants.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Push {
+    size: u32,
+    side: u32,
+    first: u32,
+    end: u32,
+    offset: u32,
+    node_count: u32,
+    limit: u32,
+    rows: u32,
+    d_theta: f32,
+    d_phi: f32,
+    alpha: f32,
+    near: f32,
+    eps: f32,
+    cap: f32,
+    inverse_norm: f32,
+    blue_red: f32,
+    blue_green: f32,
+    base: [f32; 3],
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// dᵀ Q d.
+fn quadratic(q: &[f64; 6], d: [f64; 3]) -> f64 {
+    q[0] * d[0] * d[0]
+        + q[1] * d[1] * d[1]
+        + q[2] * d[2] * d[2]
+        + 2.0 * (q[3] * d[0] * d[1] + q[4] * d[0] * d[2] + q[5] * d[1] * d[2])
+}
+
+impl Lobe {
+    /// A kernel at width `alpha` > 0.
+    pub fn new(kernel: &'static Zonal, alpha: f64, precision: Precision) -> Self {
+        let cap = (2.0 * (precision.cap - alpha)).max(precision.cap);
+        Self { kernel, alpha, inverse_norm: 1.0 / (kernel.norm)(alpha), precision, cap }
+    }
+
+    /// Walks the tree for the axes of a block: the rule in f64, over the nodes that the shader reads. `None` when it
+    /// takes more steps than allowed.
+    pub fn walk(&self, prepared: &Prepared<'_>, axes: &[[f64; 3]]) -> Option<Walked> {
+        let Prepared { source, tree } = prepared;
+        let p = &self.precision;
+        let middle = axes.iter().fold([0.0; 3], |a, n| [a[0] + n[0], a[1] + n[1], a[2] + n[2]]);
+        let middle = normalized(middle);
+        let reach = axes.iter().map(|n| dot(minus(*n, middle), minus(*n, middle))).fold(0.0, f64::max).sqrt();
+        let mut walked = Walked { values: vec![[0.0; 3]; axes.len()], steps: 0, added: 0 };
+        let mut i = 0;
+        while i < tree.nodes.len() {
+            walked.steps += 1;
+            if walked.steps > p.limit {
+                return None;
+            }
+            let node = &tree.nodes[i];
+            let [extent, key] = node.extent.map(f16::to_f64);
+            let away = minus(middle, node.c.map(f64::from));
+            let away2 = dot(away, away);
+            if key < 0.0 || 1.0 - 0.5 * away2 + reach + 2.0 * extent < 0.0 {
+                i += node.skip as usize;
+                continue;
+            }
+            let room = (p.near * self.alpha).max(away2.sqrt() - reach - extent);
+            let threshold = p.eps * (room / (room / self.alpha).sqrt().sqrt().sqrt()).min(self.cap);
+            let leaf = node.skip == 1;
+            if key > threshold && !leaf {
+                i += 1;
+                continue;
+            }
+            let cells = u32::from(node.rows[1]) * u32::from(node.columns[1]);
+            if key > threshold && (extent > threshold || (2..=MAX_CUT).contains(&cells)) {
+                self.cut(source, tree, i, threshold, axes, &mut walked);
+            } else {
+                self.add(&tree.moments(i), axes, &mut walked);
+            }
+            i += node.skip as usize;
+        }
+        for value in &mut walked.values {
+            (0..3).for_each(|k| value[k] = value[k] * self.inverse_norm + f64::from(tree.base[k]));
+        }
+        (walked.steps <= p.limit).then_some(walked)
+    }
+
+    /// Adds a leaf part by part: rectangles in (θ, φ), each with its texel's radiance.
+    fn cut(&self, source: &Equirect, tree: &Tree, leaf: usize, threshold: f64, axes: &[[f64; 3]], walked: &mut Walked) {
+        let node = &tree.nodes[leaf];
+        let [first_row, rows] = node.rows.map(u32::from);
+        let [first_column, columns] = node.columns.map(u32::from);
+        let (d_theta, d_phi) =
+            (std::f64::consts::PI / f64::from(source.height), std::f64::consts::TAU / f64::from(source.width));
+        let side = 2f64.sqrt() * threshold;
+        let middle = (f64::from(first_row + rows / 2) + 0.5) * d_theta;
+        let parts = |length: f64| (length / side).ceil().max(1.0) as u32;
+        let (down, across) = (parts(d_theta), parts(d_phi * middle.sin()));
+        let (a, b) = (0.5 * d_theta / f64::from(down), 0.5 * d_phi / f64::from(across));
+        for y in 0..rows * down {
+            let row = first_row + y / down;
+            let theta = (f64::from(first_row) + (f64::from(y) + 0.5) / f64::from(down)) * d_theta;
+            let (sin_theta, cos_theta) = theta.sin_cos();
+            for x in 0..columns * across {
+                let texel = source.row(row)[(first_column + x / across) as usize];
+                let phi =
+                    (f64::from(first_column) + (f64::from(x) + 0.5) / f64::from(across)) * d_phi - std::f64::consts::PI;
+                let (sin_phi, cos_phi) = phi.sin_cos();
+                let radius =
+                    b.sin() / b * (sin_theta * a.cos() + (a - 0.5 * (2.0 * a).sin()) / (2.0 * sin_theta * a.sin()));
+                let c = [radius * cos_phi, cos_theta * a.cos(), radius * sin_phi];
+                let (q_down, q_along) = (a * a / 3.0, b * b / 3.0 * sin_theta * sin_theta);
+                let (u, v) = ([cos_theta * cos_phi, -sin_theta, cos_theta * sin_phi], [-sin_phi, 0.0, cos_phi]);
+                let q = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+                    .map(|(i, j)| q_down * u[i] * u[j] + q_along * v[i] * v[j]);
+                let solid_angle = 4.0 * a.sin() * b * sin_theta;
+                let e = std::array::from_fn(|k| solid_angle * f64::from(texel[k] - tree.base[k]));
+                self.add(&Moments { c, e, d: [[0.0; 3]; 3], q }, axes, walked);
+                walked.steps += 1;
+            }
+        }
+        // The shader adds the first part in the step that finds the leaf.
+        walked.steps -= 1;
+    }
+
+    fn add(&self, node: &Moments, axes: &[[f64; 3]], walked: &mut Walked) {
+        let spread = node.q[0] + node.q[1] + node.q[2];
+        let w = (1.5 * spread).sqrt() + 1e-7;
+        for (n, sum) in axes.iter().zip(&mut walked.values) {
+            let d = minus(*n, node.c);
+            let h = 0.25 * (dot(d, d) + spread);
+            let v = (spread * spread / 16.0 + 0.125 * quadratic(&node.q, d)).max(0.0);
+            let mu0 = 1.0 - 2.0 * h;
+            let f = (0.5 + 0.5 * mu0 / w).clamp(0.0, 1.0);
+            let mu = mu0.max(w * f * f);
+            let [mean, slope] = (self.kernel.over_node)(h, mu, f, v, self.alpha);
+            (0..3).for_each(|k| sum[k] += mean * node.e[k] + slope * dot(*n, node.d[k]));
+        }
+        walked.added += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn laws_run_from_0_to_1() {
+        for law in RoughnessLaw::ALL {
+            assert_eq!((law.roughness(0.0), law.roughness(1.0)), (0.0, 1.0));
+            assert_eq!(RoughnessLaw::parse(law.name()).expect("its own name"), law);
+        }
+        assert_eq!(RoughnessLaw::Linear.roughness(0.25), 0.25);
+        assert!((RoughnessLaw::Quadratic.roughness(0.75) - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn every_texel_is_in_one_block() {
+        for (size, m) in [(64, 0), (64, 1), (64, 3), (64, 4), (64, 6), (50, 0), (50, 2)] {
+            let request = SpecularRequest { size, ..Default::default() };
+            let job = request.resolve().expect("valid");
+            let n = job.level_size(m);
+            let mut seen = vec![0; (6 * n * n) as usize];
+            for index in 0..job.blocks(m) {
+                let mut texels = job.block(m, index);
+                texels.sort_unstable();
+                texels.dedup();
+                texels.iter().for_each(|[face, x, y]| seen[((face * n + y) * n + x) as usize] += 1);
+            }
+            assert!(seen.iter().all(|s| *s == 1), "size {size}, mip {m}");
+        }
+    }
+}

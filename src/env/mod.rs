@@ -1,0 +1,136 @@
+//! Environments: radiance from every direction, as a picture.
+//!
+//! An environment here is *piecewise constant*: every texel holds one radiance over its exact solid angle. Everything
+//! that this crate computes from an environment refers to that function, so that "the right answer" is well defined.
+//!
+//! **Orientation.** An equirectangular picture's point (u, v), both in [0, 1] from the top left, looks along
+//!
+//! ```text
+//! (cos φ sin θ, cos θ, sin φ sin θ)    φ = 2π (u − ½)    θ = π v
+//! ```
+//!
+//! so its centre looks along +X, u = ¾ along +Z, and its top edge is +Y, as in glTF viewers and three.js.
+//! Cube faces are those of [`crate::term::cube`].
+
+pub mod area;
+pub mod import;
+pub mod orientation;
+pub mod tree;
+
+/// An equirectangular picture of linear radiance, twice as wide as high.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Equirect {
+    /// Texels in a row: twice the height.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green, blue; rows from the top (+Y), finite and not negative.
+    pub texels: Vec<[f32; 3]>,
+    /// Negative texels that were found in the file and set to 0, where there were any.
+    pub clamped: Option<Clamped>,
+}
+
+/// Texels that lossy compression or a bad merge of exposures made negative. They count as 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clamped {
+    /// How many texels had a negative channel.
+    pub count: usize,
+    /// The lowest value found.
+    pub lowest: f32,
+}
+
+impl Equirect {
+    /// A picture whose texel at column x and row y is `at(u, v)` for the texel's centre.
+    ///
+    /// # Panics
+    /// When `height` is 0.
+    pub fn from_fn(height: u32, mut at: impl FnMut(f64, f64) -> [f32; 3]) -> Self {
+        assert!(height > 0, "a picture has at least one row");
+        let width = 2 * height;
+        let centre = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
+        let mut texels = Vec::with_capacity(width as usize * height as usize);
+        for y in 0..height {
+            texels.extend((0..width).map(|x| at(centre(x, width), centre(y, height))));
+        }
+        Self { width, height, texels, clamped: None }
+    }
+
+    /// The same picture with every texel repeated `times` × `times`: the same piecewise constant radiance.
+    pub fn repeated(&self, times: u32) -> Self {
+        let (width, height) = (self.width * times, self.height * times);
+        let texel = |i: u32| self.row(i / width / times)[(i % width / times) as usize];
+        Self { width, height, texels: (0..width * height).map(texel).collect(), clamped: self.clamped }
+    }
+
+    /// The texels of row `y`.
+    pub fn row(&self, y: u32) -> &[[f32; 3]] {
+        &self.texels[y as usize * self.width as usize..][..self.width as usize]
+    }
+
+    /// The direction that the point (u, v) looks along.
+    pub fn direction(u: f64, v: f64) -> [f64; 3] {
+        let (sin_phi, cos_phi) = (std::f64::consts::TAU * (u - 0.5)).sin_cos();
+        let (sin_theta, cos_theta) = (std::f64::consts::PI * v).sin_cos();
+        [cos_phi * sin_theta, cos_theta, sin_phi * sin_theta]
+    }
+
+    /// The point (u, v) that looks along `d`, a vector of any length. The inverse of [`Equirect::direction`].
+    pub fn locate(d: [f64; 3]) -> [f64; 2] {
+        let [x, y, z] = d;
+        [z.atan2(x) / std::f64::consts::TAU + 0.5, x.hypot(z).atan2(y) / std::f64::consts::PI]
+    }
+
+    /// Solid angle of a texel in row `y`, in steradians.
+    pub fn solid_angle_sr(&self, y: u32) -> f64 {
+        let half = 0.5 * std::f64::consts::PI / f64::from(self.height);
+        let theta = (2.0 * f64::from(y) + 1.0) * half;
+        2.0 * theta.sin() * half.sin() * std::f64::consts::TAU / f64::from(self.width)
+    }
+
+    /// Mean radiance over the sphere, per channel.
+    pub fn mean(&self) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for y in 0..self.height {
+            let mut of_row = [0.0; 3];
+            for texel in self.row(y) {
+                for (s, value) in of_row.iter_mut().zip(texel) {
+                    *s += f64::from(*value);
+                }
+            }
+            let solid_angle = self.solid_angle_sr(y);
+            sum.iter_mut().zip(of_row).for_each(|(s, value)| *s += solid_angle * value);
+        }
+        sum.map(|s| s / (4.0 * std::f64::consts::PI))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: [f64; 3], b: [f64; 3]) -> bool {
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15)
+    }
+
+    #[test]
+    fn directions_are_those_of_the_documentation() {
+        assert!(near(Equirect::direction(0.5, 0.5), [1.0, 0.0, 0.0]));
+        assert!(near(Equirect::direction(0.75, 0.5), [0.0, 0.0, 1.0]));
+        assert!(near(Equirect::direction(0.25, 0.5), [0.0, 0.0, -1.0]));
+        assert!(near(Equirect::direction(0.3, 0.0), [0.0, 1.0, 0.0]));
+    }
+
+    #[test]
+    fn locate_inverts_direction() {
+        for (u, v) in [(0.1, 0.2), (0.6, 0.9), (0.99, 0.5)] {
+            let [u1, v1] = Equirect::locate(Equirect::direction(u, v));
+            assert!((u - u1).abs() < 1e-14 && (v - v1).abs() < 1e-14, "({u}, {v}) became ({u1}, {v1})");
+        }
+    }
+
+    #[test]
+    fn solid_angles_sum_to_the_sphere() {
+        let white = Equirect::from_fn(32, |_, _| [1.0; 3]);
+        assert!(white.mean().iter().all(|m| (m - 1.0).abs() < 1e-14), "{:?}", white.mean());
+    }
+}

@@ -1,0 +1,50 @@
+//! Cube faces: face and position → direction. GLSL twin: `shaders/term/cube.glsl`.
+//!
+//! Faces are +X −X +Y −Y +Z −Z, numbered 0 to 5. `s` runs to the right and `t` downwards as the face is stored, both
+//! from −1 to 1; on every face s × t points inwards, as the cube map tables of the Vulkan and KTX2 specifications say:
+//!
+//! | face | towards | s along | t along |
+//! |---|---|---|---|
+//! | 0 | +X | −Z | −Y |
+//! | 1 | −X | +Z | −Y |
+//! | 2 | +Y | +X | +Z |
+//! | 3 | −Y | +X | −Z |
+//! | 4 | +Z | +X | −Y |
+//! | 5 | −Z | −X | −Y |
+
+/// The point (s, t) of a face: a vector whose largest component is ±1. Normalise it to get a direction.
+pub fn direction(face: u32, s: f64, t: f64) -> [f64; 3] {
+    match face {
+        0 => [1.0, -t, -s],
+        1 => [-1.0, -t, s],
+        2 => [s, 1.0, t],
+        3 => [s, -1.0, -t],
+        4 => [s, -t, 1.0],
+        _ => [-s, -t, -1.0],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The rows of the table above, as vectors: centre, s axis, t axis.
+    const AXES: [[[f64; 3]; 3]; 6] = [
+        [[1., 0., 0.], [0., 0., -1.], [0., -1., 0.]],
+        [[-1., 0., 0.], [0., 0., 1.], [0., -1., 0.]],
+        [[0., 1., 0.], [1., 0., 0.], [0., 0., 1.]],
+        [[0., -1., 0.], [1., 0., 0.], [0., 0., -1.]],
+        [[0., 0., 1.], [1., 0., 0.], [0., -1., 0.]],
+        [[0., 0., -1.], [-1., 0., 0.], [0., -1., 0.]],
+    ];
+
+    #[test]
+    fn direction_follows_the_table_of_the_specification() {
+        for (face, [centre, s_axis, t_axis]) in AXES.iter().enumerate() {
+            for (s, t) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-0.25, 0.75)] {
+                let expected: [f64; 3] = std::array::from_fn(|i| centre[i] + s * s_axis[i] + t * t_axis[i]);
+                assert_eq!(direction(face as u32, s, t), expected, "face {face} at ({s}, {t})");
+            }
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! GGX (Trowbridge–Reitz; Walter et al. 2007, Eq. 33) with the weight n·ω: D(θ_h) · max(n·ω, 0) without its constant.
+//! GLSL twin: `shaders/term/zonal/ggx.glsl`.
+//!
+//! cos²θ_h (alpha² − 1) + 1 = alpha² + (1 − alpha²) h, so g(h) = r² with r = 1/(alpha² + b h), b = 1 − alpha².
+
+use std::f64::consts::PI;
+
+use super::Zonal;
+use crate::quadrature::gauss_legendre::gauss_legendre;
+
+/// See the module.
+pub static GGX: Zonal = Zonal {
+    name: "ggx",
+    about: "GGX (Trowbridge-Reitz) lobe, as in the split-sum approximation",
+    source: "Karis 2013, Real Shading in Unreal Engine 4; Walter et al. 2007, Eq. 33",
+    value,
+    over_node,
+    norm,
+};
+
+fn value(h: f64, alpha: f64) -> f64 {
+    over_node(h, 1.0 - 2.0 * h, 1.0, 0.0, alpha)[0]
+}
+
+/// Mean over a node and slope: g = r², g′ = −2 b r³, g″ = 6 b² r⁴ in the formulas of [`super`].
+/// Domain: h ∈ [0, 1], mu ≥ 0, f ∈ [0, 1], v ≥ 0, alpha ∈ (0, 1].
+pub fn over_node(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2] {
+    let a2 = alpha * alpha;
+    let b = 1.0 - a2;
+    let r = 1.0 / (a2 + b * h);
+    let b_mu_r = b * mu * r;
+    [r * r * (mu + v * b * r * (8.0 * f + 6.0 * b_mu_r)), r * r * (f + b_mu_r)]
+}
+
+/// (4π/b) ((1 + 2a²/b)(1/a² − 1/u) − (2/b) ln(u/a²)) with u = (1 + a²)/2; by quadrature where b is small.
+fn norm(alpha: f64) -> f64 {
+    let a2 = alpha * alpha;
+    let b = 1.0 - a2;
+    if b < 0.02 {
+        let nodes = gauss_legendre(16);
+        return 4.0 * PI * nodes.iter().map(|n| 0.25 * n.weight * value(0.25 * (1.0 + n.x), alpha)).sum::<f64>();
+    }
+    let u = 0.5 * (1.0 + a2);
+    4.0 * PI / b * ((1.0 + 2.0 * a2 / b) * (1.0 / a2 - 1.0 / u) - 2.0 / b * (u / a2).ln())
+}

@@ -1,0 +1,128 @@
+//! Zonal kernels: what an environment is filtered with. The GLSL twin of `term/zonal/x.rs` is `shaders/term/zonal/x.glsl`.
+//!
+//! With view, normal and reflection equal (Karis 2013), a lobe around n depends on the direction ω only through
+//!
+//! ```text
+//! h = (1 − n·ω)/2 ∈ [0, 1]    the squared sine of half the angle between n and ω,
+//! ```
+//!
+//! which is the squared sine of the angle between n and the half vector: a distribution D(θ_h) is a function of h.
+//! Kernels are written K(h) = g(h) · max(μ, 0) with μ = 1 − 2h = n·ω.
+//!
+//! **Mean over a node.** A node's directions have mean h̄, half variance v = ½ Var h and, near the horizon, a share f
+//! above it and a mean μ̄ of max(μ, 0). To second order, the mean of K over the node and the factor of a first moment D
+//! (so that a node adds `mean · e + slope · n·D`) are
+//!
+//! ```text
+//! mean  = g μ̄ + v (g″ μ̄ − 4 g′ f)        slope = −K′/2 = g f − g′ μ̄/2
+//! ```
+//!
+//! f multiplies g′, so that nodes under the horizon add nothing.
+
+pub mod ggx;
+
+use crate::error::{Error, Result, nearest};
+
+/// A kernel to filter with.
+pub struct Zonal {
+    /// The name used on the command line and in files; also the GLSL file's.
+    pub name: &'static str,
+    /// One line for lists.
+    pub about: &'static str,
+    /// Paper and equation.
+    pub source: &'static str,
+    /// K(h) for h in [0, ½], width alpha.
+    pub value: fn(h: f64, alpha: f64) -> f64,
+    /// `[mean, slope]` over a node from (h̄, μ̄, f, v, alpha).
+    pub over_node: fn(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2],
+    /// ∫ K dω = 4π ∫ K dh over [0, ½], which a filtered environment is divided by.
+    pub norm: fn(alpha: f64) -> f64,
+}
+
+/// Every kernel, in the order of their documentation.
+pub static ZONALS: &[&Zonal] = &[&ggx::GGX];
+
+/// The kernel with this name.
+pub fn parse(name: &str) -> Result<&'static Zonal> {
+    let names = ZONALS.iter().map(|z| z.name);
+    ZONALS
+        .iter()
+        .copied()
+        .find(|z| z.name == name)
+        .ok_or_else(|| Error::usage(format!("unknown kernel '{name}'"), nearest(name, names)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quadrature::gauss_legendre::gauss_legendre;
+
+    /// 4π ∫ K dh in x = ln(h + alpha²/4).
+    fn norm_by_quadrature(zonal: &Zonal, alpha: f64) -> f64 {
+        let shift = alpha * alpha / 4.0;
+        let (low, high) = (shift.ln(), (0.5 + shift).ln());
+        let nodes = gauss_legendre(200);
+        let half = (high - low) / 2.0;
+        let sum: f64 = nodes
+            .iter()
+            .map(|n| {
+                let x = low + half * (n.x + 1.0);
+                n.weight * half * x.exp() * (zonal.value)((x.exp() - shift).max(0.0), alpha)
+            })
+            .sum();
+        4.0 * std::f64::consts::PI * sum
+    }
+
+    #[test]
+    fn norm_is_the_integral() {
+        for zonal in ZONALS {
+            for alpha in [1.0 / 300.0, 1.0 / 64.0, 0.1, 0.5, 0.9, 0.99, 0.9999, 1.0] {
+                let (closed, numeric) = ((zonal.norm)(alpha), norm_by_quadrature(zonal, alpha));
+                assert!(
+                    (closed / numeric - 1.0).abs() < 1e-9,
+                    "{} at {alpha}: {closed}, by quadrature {numeric}",
+                    zonal.name
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn mean_and_slope_are_the_derivatives() {
+        for zonal in ZONALS {
+            for alpha in [1.0 / 64.0, 0.2, 0.8, 1.0] {
+                for h in [1e-4, 0.003, 0.05, 0.3, 0.45] {
+                    let k = |h: f64| (zonal.value)(h, alpha);
+                    let d = 1e-3 * (h + alpha * alpha);
+                    let h = h.max(d);
+                    let first = (k(h + d) - k(h - d)) / (2.0 * d);
+                    let second = (k(h + d) - 2.0 * k(h) + k(h - d)) / (d * d);
+                    let v = 1e-4 * (h + alpha * alpha).powi(2);
+                    let [mean, slope] = (zonal.over_node)(h, 1.0 - 2.0 * h, 1.0, v, alpha);
+                    let [plain, _] = (zonal.over_node)(h, 1.0 - 2.0 * h, 1.0, 0.0, alpha);
+                    let scale = k(h).abs() / (h + alpha * alpha);
+                    assert_eq!(plain, k(h), "{} at h = {h}, alpha = {alpha}", zonal.name);
+                    assert!(
+                        (slope + first / 2.0).abs() < 1e-4 * scale,
+                        "{} at h = {h}, alpha = {alpha}: slope {slope}, differences {}",
+                        zonal.name,
+                        -first / 2.0
+                    );
+                    let got = (mean - plain) / v;
+                    assert!(
+                        (got - second).abs() < 1e-3 * scale / (h + alpha * alpha),
+                        "{} at h = {h}, alpha = {alpha}: K'' {got}, differences {second}",
+                        zonal.name
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn under_the_horizon_is_nothing() {
+        for zonal in ZONALS {
+            assert_eq!((zonal.over_node)(0.7, 0.0, 0.0, 0.01, 0.3), [0.0; 2]);
+        }
+    }
+}
