@@ -1,31 +1,184 @@
 //! `brdf-baker env`
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use brdf_baker::format::Encoding;
-use brdf_baker::texture::Texture;
+use brdf_baker::bake::Backend;
+use brdf_baker::bake::specular::SpecularRequest;
+use brdf_baker::env::import;
+use brdf_baker::format::{self, Encoding, Output};
+use brdf_baker::term::zonal::ZONALS;
+use brdf_baker::texture::{Shape, Texture};
+use brdf_baker::verify::cube::{self, CubeReport};
+use brdf_baker::verify::environment::{self, MipError};
 use brdf_baker::verify::table::Extent;
 use brdf_baker::{Error, Result};
+use serde_json::json;
 
 use super::Global;
 use super::console::Console;
 
 #[derive(clap::Args)]
 pub struct EnvArgs {
-    /// Equirectangular environment, .hdr or .exr
+    /// Equirectangular environment, .hdr or .exr, twice as wide as high
     input: PathBuf,
+    /// File to write: .ktx2 or .exr
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Filter kernel
+    #[arg(long, default_value = "ggx", value_name = "NAME")]
+    kernel: String,
+    /// Texels along an edge of mip 0
+    #[arg(long, default_value_t = 256, value_name = "N")]
+    size: u32,
+    /// Number of mips, mip 0 included [default: down to 1x1]
+    #[arg(long, value_name = "N")]
+    mips: Option<u32>,
+    /// Roughness of mip m of M + 1: linear, m/M, or quadratic, 1 - sqrt(1 - m/M)
+    #[arg(long, default_value = "linear", value_name = "linear|quadratic")]
+    roughness_law: String,
+    /// How texels are stored
+    #[arg(long, default_value = "rgba16f", value_name = "NAME")]
+    encoding: String,
 }
 
 impl EnvArgs {
-    pub fn run(self, _global: &Global, _console: &mut Console) -> Result<()> {
-        Err(Error::usage("not yet", ""))
+    pub fn run(self, global: &Global, console: &mut Console) -> Result<()> {
+        let start = Instant::now();
+
+        // Everything that can be refused is refused before any work.
+        let request = SpecularRequest {
+            kernel: self.kernel,
+            size: self.size,
+            mips: self.mips,
+            roughness_law: self.roughness_law,
+        };
+        let job = request.resolve()?;
+        let format = format::for_path(&self.output)?;
+        let encoding = format::choose(format, Shape::Cube, 3, Some(Encoding::parse(&self.encoding)?))?;
+        let output = Output::prepare(&self.output)?;
+        let source = import::equirect(&self.input)?;
+        if let Some(clamped) = source.clamped {
+            console.warn(&format!(
+                "'{}' holds {} negative texels, down to {}; they count as 0",
+                self.input.display(),
+                clamped.count,
+                clamped.lowest
+            ));
+        }
+        let backend = Backend::open(&global.device, global.validate)?;
+
+        let mut texture = job.run(&source, &backend, &mut |p| console.progress(p))?;
+        let spot = environment::Extent::SPOT;
+        let errors = environment::check(&job, &source, &texture, spot, &mut |p| console.progress(p))?;
+        let (rms, worst, texels) = summary(&errors);
+        // Written so that NaN is refused.
+        if !(worst <= environment::WORST && errors.len() + 1 == texture.levels.len()) {
+            let what = format!(
+                "'{}' was not written: a texel is off by {worst:.1e} of its value, more than {:.0e}",
+                self.output.display(),
+                environment::WORST
+            );
+            return Err(Error::Verify { what });
+        }
+        backend.check_messages()?;
+        let name = self.input.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        texture.meta.set("input", name);
+        texture.meta.set("error.relative.rms", format!("{rms:.1e}"));
+        texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
+        texture.meta.set("error.bound", format!("{:.0e} worst", environment::WORST));
+        texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
+        let written = output.commit(format, &texture, encoding)?;
+        if written.rounding.clamped > 0 {
+            console.warn(&format!(
+                "{} values exceed what {} holds and were clamped; --encoding rgba32f keeps them",
+                written.rounding.clamped, encoding.name
+            ));
+        }
+
+        let seconds = start.elapsed().as_secs_f64();
+        let path = self.output.display();
+        console.result(
+            &format!(
+                "{path}  6x{0}x{0}, {1} mips {2}  max error {3:.1e} relative, rms {4:.1e} (+ {5:.1e} rounding)  \
+                 {seconds:.2} s  {6}",
+                texture.width,
+                texture.levels.len(),
+                encoding.name,
+                worst,
+                rms,
+                written.rounding.max_rel,
+                backend.name()
+            ),
+            &json!({
+                "path": self.output,
+                "source": self.input,
+                "kernel": job.kernel.name,
+                "size": texture.width,
+                "mips": texture.levels.len(),
+                "encoding": encoding.name,
+                "bytes": written.bytes,
+                "max_error": worst,
+                "rms_error": rms,
+                "rounding": written.rounding.max_rel,
+                "clamped": written.rounding.clamped,
+                "checked_texels": texels,
+                "seconds": seconds,
+                "device": backend.name(),
+            }),
+        )
     }
 }
 
-pub fn verify(_: &Path, _: &Texture, _: Encoding, _: Extent, _: &mut Console) -> Result<()> {
-    Err(Error::usage("not yet", ""))
+/// Largest rms and worst error of any mip, and the number of texels compared.
+fn summary(errors: &[MipError]) -> (f64, f64, u32) {
+    let max = |of: fn(&MipError) -> f64| errors.iter().map(of).fold(0.0, |a: f64, b| if b <= a { a } else { b });
+    (max(|e| e.rms), max(|e| e.max), errors.iter().map(|e| e.texels).sum())
 }
 
+/// `brdf-baker verify` of a cube.
+pub fn verify(file: &Path, texture: &Texture, encoding: Encoding, extent: Extent, console: &mut Console) -> Result<()> {
+    let help = "only cubes that brdf-baker wrote carry their widths";
+    let stated = texture
+        .meta
+        .get("alpha")
+        .ok_or_else(|| Error::input(file, "the file does not say which width alpha its mips hold", help))?;
+    let number = |a: &str| a.trim().parse().map_err(|_| Error::input(file, format!("'{a}' is not a width"), help));
+    let alpha: Vec<f64> = stated.split(',').map(number).collect::<Result<_>>()?;
+    if texture.channels.len() < 3 {
+        return Err(Error::input(file, "a cube has at least three channels", help));
+    }
+    let report = cube::check(texture, &alpha, encoding, extent, &mut |p| console.progress(p))?;
+    console.result(
+        &text(&file.display().to_string(), encoding.name, &report),
+        &json!({
+            "path": file,
+            "encoding": encoding.name,
+            "passed": report.failures.is_empty(),
+            "report": report,
+        }),
+    )?;
+    match report.failures.first() {
+        None => Ok(()),
+        Some(failure) => Err(Error::Verify { what: format!("'{}' is wrong: {failure}", file.display()) }),
+    }
+}
+
+fn text(path: &str, encoding: &str, report: &CubeReport) -> String {
+    let verdict = if report.failures.is_empty() { "right" } else { "WRONG" };
+    let [r, g, b] = report.mean;
+    let mut text = format!("{path}  cube {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}");
+    for m in &report.mips {
+        text.push_str(&format!(
+            "\n  mip {:<2}     alpha {:.5}: rms {:.1e}, max {:.1e} of {} texels, against the convolution of mip 0 \
+             (bound {:.1e} rms)",
+            m.mip, m.alpha, m.rms, m.worst, m.texels, m.bound
+        ));
+    }
+    text
+}
+
+/// Name, one line and source of every kernel, for lists.
 pub fn kernels() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
-    std::iter::empty()
+    ZONALS.iter().map(|k| (k.name, k.about, k.source))
 }

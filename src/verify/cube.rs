@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::table::Extent;
 use crate::error::Result;
 use crate::format::Encoding;
-use crate::ndf::{alpha_of, ggx};
+use crate::ndf::ggx;
 use crate::progress::{OnProgress, tick};
 use crate::quadrature::gauss_legendre::gauss_legendre;
 use crate::term::cube;
@@ -28,8 +28,8 @@ const CELL_SHARE: f64 = 0.35;
 pub struct MipReport {
     /// Which mip.
     pub mip: usize,
-    /// Perceptual roughness that it holds.
-    pub roughness: f64,
+    /// Width of the lobe.
+    pub alpha: f64,
     /// Texels compared.
     pub texels: usize,
     /// Root mean square of the relative differences.
@@ -60,17 +60,17 @@ struct Cell {
     radiance: [f64; 3],
 }
 
-/// Checks a cube whose mip m holds `roughness[m]` of the GGX kernel.
+/// Checks a cube whose mip m holds the GGX kernel of width `alpha[m]`.
 pub fn check(
     texture: &Texture,
-    roughness: &[f64],
+    alpha: &[f64],
     encoding: Encoding,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<CubeReport> {
     let mut failures = vec![];
-    if roughness.len() != texture.levels.len() {
-        failures.push(format!("{} mips, but {} roughness values are stated", texture.levels.len(), roughness.len()));
+    if alpha.len() != texture.levels.len() {
+        failures.push(format!("{} mips, but {} widths are stated", texture.levels.len(), alpha.len()));
     }
     for (mip, level) in texture.levels.iter().enumerate() {
         if let Some(bad) = level.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
@@ -88,11 +88,11 @@ pub fn check(
     let top = brightest(&texture.levels[0]);
     let texel_rad = 2.0 / f64::from(texture.width);
     let mut mips = vec![];
-    for mip in 1..texture.levels.len().min(roughness.len()) {
+    for mip in 1..texture.levels.len().min(alpha.len()) {
         tick(on, "verify: mips", mip as f64 / texture.levels.len() as f64)?;
         let peak = brightest(&texture.levels[mip]);
         // The point sample of a sharp lobe may exceed a box average; beyond mip 0's texels it may not.
-        let alpha = alpha_of(roughness[mip]);
+        let alpha = alpha[mip];
         let blur = (texel_rad / alpha).powi(2) / 12.0;
         if peak > top * (1.0 + blur + 1e-3) {
             failures.push(format!("mip {mip} reaches {peak}, more than mip 0's {top}"));
@@ -114,7 +114,7 @@ pub fn check(
         let step = 2.0 * encoding.half_ulp_at(1.0, 1.0);
         let report = MipReport {
             mip,
-            roughness: roughness[mip],
+            alpha,
             texels: chosen.len(),
             rms,
             worst: errors.iter().copied().fold(0.0, f64::max),
@@ -122,8 +122,8 @@ pub fn check(
         };
         if errors.is_empty() || rms.is_nan() || rms > report.bound {
             failures.push(format!(
-                "mip {mip} (roughness {:.4}) differs from the convolution of mip 0 by {rms:.1e} rms, more than {:.1e}",
-                report.roughness, report.bound
+                "mip {mip} (alpha {alpha:.5}) differs from the convolution of mip 0 by {rms:.1e} rms, more than {:.1e}",
+                report.bound
             ));
         }
         mips.push(report);
@@ -193,7 +193,10 @@ fn convolve(cells: &[Cell], size: f64, n: [f64; 3], alpha: f64) -> [f64; 3] {
         let mut weight = 0.0;
         for i in 0..parts {
             for j in 0..parts {
-                let (s0, t0) = (cell.s + (f64::from(i) + 0.5) * step - 0.5 * size, cell.t + (f64::from(j) + 0.5) * step - 0.5 * size);
+                let (s0, t0) = (
+                    cell.s + (f64::from(i) + 0.5) * step - 0.5 * size,
+                    cell.t + (f64::from(j) + 0.5) * step - 0.5 * size,
+                );
                 for a in &rule {
                     for b in &rule {
                         let (s, t) = (s0 + 0.5 * step * a.x, t0 + 0.5 * step * b.x);

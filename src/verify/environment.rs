@@ -14,6 +14,9 @@ use crate::error::Result;
 use crate::progress::{OnProgress, tick};
 use crate::texture::Texture;
 
+/// What no checked texel may be off by, relative to its value.
+pub const WORST: f64 = 1e-2;
+
 /// How many texels of every mip are compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extent {

@@ -1,5 +1,6 @@
 //! Checks: the independent truth, the laws, and what they say of a file.
 
+pub mod cube;
 pub mod environment;
 pub mod table;
 pub mod truth;
