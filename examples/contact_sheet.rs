@@ -7,8 +7,10 @@
 
 use std::path::Path;
 
+use brdf_baker::env::orientation::locate;
 use brdf_baker::error::{Error, Result};
 use brdf_baker::format;
+use brdf_baker::term::cube::direction;
 use brdf_baker::texture::{Shape, Texture};
 
 const PANEL: (u32, u32) = (384, 192);
@@ -57,32 +59,25 @@ fn mean(cube: &Texture) -> f32 {
     last.iter().sum::<f32>() / last.len() as f32
 }
 
-/// Bilinear value of a mip in a direction, within one face.
+/// Bilinear value of a mip in a direction, across the seams as a GPU's seamless cube sampler reads it.
 fn sample(cube: &Texture, mip: usize, d: [f64; 3]) -> [f32; 3] {
     assert_eq!(cube.shape, Shape::Cube);
-    let [x, y, z] = d;
-    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-    let (face, s, t) = if ax >= ay && ax >= az {
-        if x > 0.0 { (0, -z / ax, -y / ax) } else { (1, z / ax, -y / ax) }
-    } else if ay >= az {
-        if y > 0.0 { (2, x / ay, z / ay) } else { (3, x / ay, -z / ay) }
-    } else if z > 0.0 {
-        (4, x / az, -y / az)
-    } else {
-        (5, -x / az, -y / az)
-    };
     let (size, _) = cube.level_size(mip);
-    let place = |c: f64| (0.5 * (c + 1.0) * f64::from(size) - 0.5).clamp(0.0, f64::from(size - 1));
-    let (px, py) = (place(s), place(t));
-    let (x0, y0) = (px as u32, py as u32);
-    let (x1, y1) = ((x0 + 1).min(size - 1), (y0 + 1).min(size - 1));
-    let (fx, fy) = ((px - f64::from(x0)) as f32, (py - f64::from(y0)) as f32);
-    let at = |x, y, c: usize| cube.texel(mip, face, x, y)[c];
-    std::array::from_fn(|c| {
-        let top = at(x0, y0, c) * (1.0 - fx) + at(x1, y0, c) * fx;
-        let bottom = at(x0, y1, c) * (1.0 - fx) + at(x1, y1, c) * fx;
-        top * (1.0 - fy) + bottom * fy
-    })
+    let (face, s, t) = locate(d);
+    let place = |c: f64| 0.5 * (c + 1.0) * f64::from(size) - 0.5;
+    let (x, y) = (place(s), place(t));
+    let (x0, y0) = (x.floor(), y.floor());
+    let (fx, fy) = ((x - x0) as f32, (y - y0) as f32);
+    // A tap beyond the face's edge is read from the face that its direction meets.
+    let tap = |x: f64, y: f64| {
+        let centre = |c: f64| 2.0 * (c + 0.5) / f64::from(size) - 1.0;
+        let (face, s, t) = locate(direction(face, centre(x), centre(y)));
+        let nearest = |c: f64| (place(c) + 0.5).clamp(0.0, f64::from(size - 1)) as u32;
+        cube.texel(mip, face, nearest(s), nearest(t))
+    };
+    let taps = [tap(x0, y0), tap(x0 + 1.0, y0), tap(x0, y0 + 1.0), tap(x0 + 1.0, y0 + 1.0)];
+    let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
+    std::array::from_fn(|c| taps.iter().zip(weights).map(|(tap, w)| w * tap[c]).sum())
 }
 
 /// An sRGB picture.

@@ -168,6 +168,98 @@ fn bad_requests_are_refused_before_any_work() {
     }
 }
 
+/// An equirectangular picture as a Radiance or OpenEXR file.
+fn picture(path: &Path, (width, height): (usize, usize), at: impl Fn(usize, usize) -> f32 + Sync) {
+    if path.extension() == Some("exr".as_ref()) {
+        exr::prelude::write_rgb_file(path, width, height, |x, y| (at(x, y), 0.5 * at(x, y), 0.25f32)).unwrap();
+        return;
+    }
+    let texels: Vec<image::Rgb<f32>> =
+        (0..width * height).map(|i| image::Rgb([at(i % width, i / width), 0.5, 0.25])).collect();
+    let file = std::fs::File::create(path).unwrap();
+    image::codecs::hdr::HdrEncoder::new(file).encode(&texels, width, height).unwrap();
+}
+
+#[test]
+fn environment_is_baked_verified_and_described() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    for (input, output, law) in
+        [("a.hdr", "a.ktx2", "linear"), ("b.exr", "b.exr.ktx2", "quadratic"), ("a.hdr", "c.exr", "linear")]
+    {
+        picture(&here.join(input), (64, 32), |x, y| 1.0 + ((x / 8 + y / 8) % 2) as f32);
+        let line = succeeds(here, &["env", input, "-o", output, "--size", "16", "--roughness-law", law]);
+        assert!(line.starts_with(output) && line.contains("5 mips") && line.trim_end().ends_with("cpu"), "{line}");
+        assert!(succeeds(here, &["verify", output]).contains("right"));
+        assert!(succeeds(here, &["verify", output, "--source", input]).contains("right"));
+        let info = succeeds(here, &["info", output]);
+        for word in ["cube", "ggx", law, "orientation", "error.relative.worst", input] {
+            assert!(info.contains(word), "'{word}' is not in: {info}");
+        }
+    }
+    picture(&here.join("d.hdr"), (64, 32), |x, _| 1.0 + x as f32);
+    assert_eq!(run(here, &["verify", "a.ktx2", "--source", "d.hdr"]).status.code(), Some(1));
+}
+
+#[test]
+fn bad_environments_are_refused_before_any_work() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    picture(&here.join("good.hdr"), (32, 16), |_, _| 1.0);
+    picture(&here.join("square.hdr"), (16, 16), |_, _| 1.0);
+    picture(&here.join("nan.exr"), (32, 16), |x, y| if (x, y) == (5, 3) { f32::NAN } else { 1.0 });
+    picture(&here.join("infinite.exr"), (32, 16), |x, y| if (x, y) == (7, 2) { f32::INFINITY } else { 1.0 });
+    std::fs::write(here.join("text.exr"), "just a line of text").unwrap();
+    std::fs::write(here.join("text.hdr"), "just a line of text").unwrap();
+    std::fs::create_dir(here.join("folder.exr")).unwrap();
+    for name in ["good.hdr", "nan.exr"] {
+        let bytes = std::fs::read(here.join(name)).unwrap();
+        std::fs::write(here.join(format!("cut.{}", &name[name.len() - 3..])), &bytes[..bytes.len() * 2 / 3]).unwrap();
+    }
+    let env = |input: &'static str, extra: &[&'static str]| [&["env", input, "-o", "out.ktx2"], extra].concat();
+    for (arguments, words) in [
+        (env("missing.hdr", &[]), vec!["missing.hdr", "path"]),
+        (env("folder.exr", &[]), vec!["folder.exr"]),
+        (env("text.exr", &[]), vec!["text.exr"]),
+        (env("text.hdr", &[]), vec!["text.hdr"]),
+        (env("cut.hdr", &[]), vec!["cut.hdr"]),
+        (env("cut.exr", &[]), vec!["cut.exr"]),
+        (env("square.hdr", &[]), vec!["square.hdr", "16x16", "twice as wide as high"]),
+        (env("nan.exr", &[]), vec!["nan.exr", "1", "5", "3"]),
+        (env("infinite.exr", &[]), vec!["infinite.exr", "7", "2"]),
+        (env("good.hdr", &["--size", "0"]), vec!["0 texels", "--size"]),
+        (env("good.hdr", &["--size", "100000"]), vec!["100000", "4096"]),
+        (env("good.hdr", &["--mips", "0"]), vec!["0 mips", "--mips"]),
+        (env("good.hdr", &["--mips", "10"]), vec!["10 mips", "9"]),
+        (env("good.hdr", &["--kernel", "gxg"]), vec!["gxg", "ggx"]),
+        (env("good.hdr", &["--roughness-law", "liner"]), vec!["liner", "did you mean 'linear'"]),
+        (env("good.hdr", &["--encoding", "rg16f"]), vec!["rg16f"]),
+        (vec!["env", "good.hdr", "-o", "out.png"], vec!["PNG", "ktx2"]),
+        (vec!["env", "good.hdr", "-o", "missing/out.ktx2"], vec!["missing/out.ktx2"]),
+    ] {
+        fails(here, &arguments, &words);
+    }
+}
+
+#[test]
+fn negative_texels_are_clamped_with_a_warning_that_counts_them() {
+    let folder = TempDir::new().unwrap();
+    picture(&folder.path().join("a.exr"), (32, 16), |x, _| if x < 2 { -1.5 } else { 1.0 });
+    let output = run(folder.path(), &["env", "a.exr", "-o", "a.ktx2", "--size", "8"]);
+    assert!(output.status.success());
+    let stderr = text(&output.stderr);
+    assert!(stderr.contains("32 negative texels") && stderr.contains("-1.5"), "{stderr}");
+}
+
+#[test]
+fn values_beyond_half_float_are_clamped_with_a_warning() {
+    let folder = TempDir::new().unwrap();
+    picture(&folder.path().join("a.exr"), (32, 16), |x, y| if (x, y) == (9, 6) { 1e6 } else { 1.0 });
+    let output = run(folder.path(), &["env", "a.exr", "-o", "a.ktx2", "--size", "16"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("rgba32f"), "{}", text(&output.stderr));
+}
+
 #[test]
 fn file_that_is_not_what_its_name_says_is_refused() {
     let folder = TempDir::new().unwrap();

@@ -207,6 +207,25 @@ pub struct Walked {
 }
 
 impl SpecularJob {
+    /// The job that made a file, from what the file says.
+    pub fn from_meta(texture: &Texture) -> Result<SpecularJob> {
+        let get = |key: &str| {
+            texture.meta.get(key).filter(|_| texture.shape == Shape::Cube && texture.channels.len() >= 3).ok_or_else(
+                || {
+                    let help = "only cubes that brdf-baker wrote carry their kernel and roughness law";
+                    Error::usage(format!("the file does not say its '{key}'"), help)
+                },
+            )
+        };
+        let request = SpecularRequest {
+            kernel: get("kernel")?.into(),
+            size: texture.width,
+            mips: Some(texture.levels.len() as u32),
+            roughness_law: get("roughness-law")?.into(),
+        };
+        request.resolve()
+    }
+
     /// The width of mip `m`: 0 at mip 0.
     pub fn alpha(&self, m: u32) -> f64 {
         if m == 0 { 0.0 } else { alpha_of(self.law.roughness(f64::from(m) / f64::from(self.mips - 1))) }

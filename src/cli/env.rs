@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::bake::Backend;
-use brdf_baker::bake::specular::SpecularRequest;
+use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
 use brdf_baker::env::import;
 use brdf_baker::format::{self, Encoding, Output};
+use brdf_baker::progress::Progress;
 use brdf_baker::term::zonal::ZONALS;
 use brdf_baker::texture::{Shape, Texture};
 use brdf_baker::verify::cube::{self, CubeReport};
@@ -137,23 +138,30 @@ fn summary(errors: &[MipError]) -> (f64, f64, u32) {
 }
 
 /// `brdf-baker verify` of a cube.
-pub fn verify(file: &Path, texture: &Texture, encoding: Encoding, extent: Extent, console: &mut Console) -> Result<()> {
-    let help = "only cubes that brdf-baker wrote carry their widths";
-    let stated = texture
-        .meta
-        .get("alpha")
-        .ok_or_else(|| Error::input(file, "the file does not say which width alpha its mips hold", help))?;
-    let number = |a: &str| a.trim().parse().map_err(|_| Error::input(file, format!("'{a}' is not a width"), help));
-    let alpha: Vec<f64> = stated.split(',').map(number).collect::<Result<_>>()?;
-    if texture.channels.len() < 3 {
-        return Err(Error::input(file, "a cube has at least three channels", help));
-    }
-    let report = cube::check(texture, &alpha, encoding, extent, &mut |p| console.progress(p))?;
+pub fn verify(
+    file: &Path,
+    source: Option<&Path>,
+    texture: &Texture,
+    encoding: Encoding,
+    extent: Extent,
+    console: &mut Console,
+) -> Result<()> {
+    let job = SpecularJob::from_meta(texture).map_err(|e| Error::input(file, e.to_string(), e.help().to_string()))?;
+    let on = &mut |p: Progress<'_>| console.progress(p);
+    let report = match source {
+        Some(source) => cube::check_with_source(&job, texture, &import::equirect(source)?, encoding, extent, on)?,
+        None => {
+            let alpha: Vec<f64> = (0..job.mips).map(|m| job.alpha(m)).collect();
+            cube::check(texture, &alpha, encoding, extent, on)?
+        }
+    };
+    let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
     console.result(
-        &text(&file.display().to_string(), encoding.name, &report),
+        &text(&file.display().to_string(), encoding.name, against, &report),
         &json!({
             "path": file,
             "encoding": encoding.name,
+            "against": against,
             "passed": report.failures.is_empty(),
             "report": report,
         }),
@@ -164,13 +172,18 @@ pub fn verify(file: &Path, texture: &Texture, encoding: Encoding, extent: Extent
     }
 }
 
-fn text(path: &str, encoding: &str, report: &CubeReport) -> String {
+fn text(path: &str, encoding: &str, against: &str, report: &CubeReport) -> String {
     let verdict = if report.failures.is_empty() { "right" } else { "WRONG" };
     let [r, g, b] = report.mean;
     let mut text = format!("{path}  cube {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}");
+    for mip in &report.skipped {
+        text.push_str(&format!(
+            "\n  mip {mip:<2}     not checked: narrower than mip 0's texels; give the environment with --source"
+        ));
+    }
     for m in &report.mips {
         text.push_str(&format!(
-            "\n  mip {:<2}     alpha {:.5}: rms {:.1e}, max {:.1e} of {} texels, against the convolution of mip 0 \
+            "\n  mip {:<2}     alpha {:.5}: rms {:.1e}, max {:.1e} of {} texels, against {against} \
              (bound {:.1e} rms)",
             m.mip, m.alpha, m.rms, m.worst, m.texels, m.bound
         ));

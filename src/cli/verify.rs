@@ -18,6 +18,9 @@ pub struct VerifyArgs {
     /// Check every texel, not a sample
     #[arg(long)]
     full: bool,
+    /// The environment that a cube was baked from: compares with it instead of with the file's own mip 0
+    #[arg(long, value_name = "INPUT")]
+    source: Option<PathBuf>,
 }
 
 impl VerifyArgs {
@@ -25,7 +28,7 @@ impl VerifyArgs {
         let (texture, encoding) = format::for_path(&self.file)?.read(&self.file)?;
         let extent = if self.full { Extent::Full } else { Extent::Spot };
         if texture.shape == Shape::Cube {
-            return super::env::verify(&self.file, &texture, encoding, extent, console);
+            return super::env::verify(&self.file, self.source.as_deref(), &texture, encoding, extent, console);
         }
         let job =
             TableJob::from_meta(&texture).map_err(|e| Error::input(&self.file, e.to_string(), e.help().to_string()))?;

@@ -206,13 +206,10 @@ impl Tree {
         let fraction = |v: i16| (f64::from(v) / 32767.0).max(-1.0);
         let [blue_red, blue_green] = self.blue_from();
         let e = node.e.map(f64::from);
-        let mut d = [[0.0; 3]; 3];
-        for x in 0..3 {
-            d[0][x] = fraction(node.d[x]) * scale * e[0];
-            d[1][x] = fraction(node.d[3 + x]) * scale * e[1];
-            d[2][x] = blue_red * d[0][x] + blue_green * d[1][x];
-        }
-        Moments { c: node.c.map(f64::from), e, d, q: node.q.map(|v| fraction(v) * scale * scale) }
+        let red = [0, 1, 2].map(|x| fraction(node.d[x]) * scale * e[0]);
+        let green = [3, 4, 5].map(|x| fraction(node.d[x]) * scale * e[1]);
+        let blue = [0, 1, 2].map(|x| blue_red * red[x] + blue_green * green[x]);
+        Moments { c: node.c.map(f64::from), e, d: [red, green, blue], q: node.q.map(|v| fraction(v) * scale * scale) }
     }
 }
 

@@ -1,14 +1,18 @@
-//! Checks a prefiltered cube without its source: what any correct one obeys, and each mip against a brute-force
-//! convolution of the file's own mip 0.
+//! Checks a prefiltered cube: what any correct one obeys, and each mip against a brute-force convolution of the source,
+//! or of the file's own mip 0 where the source is not at hand.
 //!
-//! Mip 0 is taken as piecewise constant over its texels. The source was sharper than that, so the expected difference
+//! Without the source, mip 0 is taken as piecewise constant over its texels. The source was sharper than that, so the expected difference
 //! grows as lobes get narrower: a box of angular size s widens a lobe of width alpha by a relative s²/(12 alpha²), which
 //! the bound of each mip allows for, beside the rounding of the encoding.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::environment::{self, WORST};
 use super::table::Extent;
+use crate::bake::specular::SpecularJob;
+use crate::env::Equirect;
+use crate::env::orientation::{centre, normalized, solid_angle};
 use crate::error::Result;
 use crate::format::Encoding;
 use crate::ndf::ggx;
@@ -23,7 +27,10 @@ const FULL_FACTOR: usize = 16;
 /// A cell of the brute-force sum spans at most this share of the lobe, or of the distance to its centre.
 const CELL_SHARE: f64 = 0.35;
 
-/// One mip beside the convolution of mip 0.
+/// A mip that mip 0's texels blur by more than this says nothing without the source.
+const MOST_BLUR: f64 = 0.05;
+
+/// One mip beside its convolution.
 #[derive(Clone, Debug, Serialize)]
 pub struct MipReport {
     /// Which mip.
@@ -45,6 +52,8 @@ pub struct MipReport {
 pub struct CubeReport {
     /// Mip by mip, from mip 1.
     pub mips: Vec<MipReport>,
+    /// Mips whose lobes are too narrow beside mip 0's texels to be checked without the source.
+    pub skipped: Vec<usize>,
     /// Mean radiance of mip 0, per channel.
     pub mean: [f64; 3],
     /// What is wrong, in sentences; empty when everything holds.
@@ -80,14 +89,14 @@ pub fn check(
     let cells = cells(texture);
     let mean = mean(texture, 0);
     if !failures.is_empty() {
-        return Ok(CubeReport { mips: vec![], mean, failures });
+        return Ok(CubeReport { mips: vec![], skipped: vec![], mean, failures });
     }
 
     // No convolution is brighter than its source; stored values may be half a step more.
     let brightest = |level: &[f32]| f64::from(level.iter().copied().fold(0.0, f32::max));
     let top = brightest(&texture.levels[0]);
     let texel_rad = 2.0 / f64::from(texture.width);
-    let mut mips = vec![];
+    let (mut mips, mut skipped) = (vec![], vec![]);
     for mip in 1..texture.levels.len().min(alpha.len()) {
         tick(on, "verify: mips", mip as f64 / texture.levels.len() as f64)?;
         let peak = brightest(&texture.levels[mip]);
@@ -97,14 +106,18 @@ pub fn check(
         if peak > top * (1.0 + blur + 1e-3) {
             failures.push(format!("mip {mip} reaches {peak}, more than mip 0's {top}"));
         }
+        if blur > MOST_BLUR {
+            skipped.push(mip);
+            continue;
+        }
         let wanted = if extent == Extent::Full { SPOT_TEXELS * FULL_FACTOR } else { SPOT_TEXELS };
         let chosen = spread(texture, mip, wanted);
         let errors: Vec<f64> = chosen
             .par_iter()
             .flat_map_iter(|(face, x, y)| {
                 let (size, _) = texture.level_size(mip);
-                let place = |i: u32| (2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0;
-                let n = normalized(cube::direction(*face, place(*x), place(*y)));
+                let (s, t) = centre(*x, *y, size);
+                let n = normalized(cube::direction(*face, s, t));
                 let expected = convolve(&cells, texel_rad, n, alpha);
                 let found = texture.texel(mip, *face, *x, *y);
                 (0..3).map(|c| relative(f64::from(found[c]), expected[c])).collect::<Vec<_>>()
@@ -128,7 +141,58 @@ pub fn check(
         }
         mips.push(report);
     }
-    Ok(CubeReport { mips, mean, failures })
+    Ok(CubeReport { mips, skipped, mean, failures })
+}
+
+/// The mean radiance of mip 0 may differ from the source's by this share.
+const MEAN_BOUND: f64 = 1e-4;
+/// Root mean square of the relative errors of one mip, before rounding.
+const RMS_BOUND: f64 = 1.5e-3;
+
+/// Checks a cube that `job` describes against the environment that it was baked from.
+pub fn check_with_source(
+    job: &SpecularJob,
+    texture: &Texture,
+    source: &Equirect,
+    encoding: Encoding,
+    extent: Extent,
+    on: &mut OnProgress<'_>,
+) -> Result<CubeReport> {
+    let extent = match extent {
+        Extent::Spot => environment::Extent { random: 24, bright: 8 },
+        Extent::Full => environment::Extent::THOROUGH,
+    };
+    let step = encoding.half_ulp_at(1.0, 1.0);
+    let (rms_bound, worst_bound) = (RMS_BOUND + step, WORST + step);
+    let mut failures = vec![];
+    let mean = mean(texture, 0);
+    let expected = source.mean();
+    for c in 0..3 {
+        let off = relative(mean[c], expected[c]);
+        if off.is_nan() || off > MEAN_BOUND {
+            let name = &texture.channels[c];
+            failures.push(format!("the mean of mip 0, channel {name}, is {} instead of {}", mean[c], expected[c]));
+        }
+    }
+    let found = environment::check(job, source, texture, extent, on)?;
+    for e in &found {
+        let holds = e.rms <= rms_bound && e.max <= worst_bound;
+        if !holds {
+            failures.push(format!(
+                "mip {} is off by {:.1e} rms and {:.1e} at most, more than {rms_bound:.1e} and {worst_bound:.1e}",
+                e.mip, e.rms, e.max
+            ));
+        }
+    }
+    let report = |e: environment::MipError| MipReport {
+        mip: e.mip as usize,
+        alpha: job.alpha(e.mip),
+        texels: e.texels as usize,
+        rms: e.rms,
+        worst: e.max,
+        bound: rms_bound,
+    };
+    Ok(CubeReport { mips: found.into_iter().map(report).collect(), skipped: vec![], mean, failures })
 }
 
 /// Mean radiance over the sphere of a level.
@@ -140,8 +204,8 @@ pub fn mean(texture: &Texture, mip: usize) -> [f64; 3] {
             for x in 0..size {
                 let corner = |i: u32| 2.0 * f64::from(i) / f64::from(size) - 1.0;
                 let (s0, t0, s1, t1) = (corner(x), corner(y), corner(x + 1), corner(y + 1));
-                let up_to = |s: f64, t: f64| (s * t).atan2((1.0 + s * s + t * t).sqrt());
-                let solid_angle_sr = up_to(s1, t1) - up_to(s0, t1) - up_to(s1, t0) + up_to(s0, t0);
+                let solid_angle_sr =
+                    solid_angle(s1, t1) - solid_angle(s0, t1) - solid_angle(s1, t0) + solid_angle(s0, t0);
                 let texel = texture.texel(mip, face, x, y);
                 sum.iter_mut().zip(texel).for_each(|(s, v)| *s += solid_angle_sr * f64::from(*v));
                 total += solid_angle_sr;
@@ -155,19 +219,13 @@ fn relative(found: f64, expected: f64) -> f64 {
     (found - expected).abs() / expected.abs().max(1e-6)
 }
 
-fn normalized(v: [f64; 3]) -> [f64; 3] {
-    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    v.map(|x| x / length)
-}
-
 fn cells(texture: &Texture) -> Vec<Cell> {
     let size = texture.width;
-    let place = |i: u32| (2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0;
     let mut cells = Vec::with_capacity(6 * (size * size) as usize);
     for face in 0..6 {
         for y in 0..size {
             for x in 0..size {
-                let (s, t) = (place(x), place(y));
+                let (s, t) = centre(x, y, size);
                 let texel = texture.texel(0, face, x, y);
                 let radiance = [texel[0], texel[1], texel[2]].map(f64::from);
                 cells.push(Cell { face, s, t, direction: normalized(cube::direction(face, s, t)), radiance });
