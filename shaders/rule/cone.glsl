@@ -11,9 +11,10 @@
     float hz = cos_h * (cm + sm * (side)); \
     float q = cd - sd * (side); \
     float n2 = a2 + b2 * hz * hz; \
-    float n_dot_l = k / n2; \
+    float inverse_n = inversesqrt(n2); \
+    float n_dot_l = k * inverse_n * inverse_n; \
     float f = (u) * q * g_over_n_dot_v(n_dot_l, mu, sigma(n_dot_l, alpha), sigma_v); \
-    float m = 1.0 - cos_h * q * inversesqrt(n2); \
+    float m = 1.0 - cos_h * q * inverse_n; \
     row += f * vec2(1.0, schlick_weight(m)); \
 }
 
