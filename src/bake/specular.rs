@@ -26,7 +26,8 @@
 //! Otherwise its children are visited, or the leaf is cut into parts of its texels. "Small" is
 //!
 //! ```text
-//! extent · brightness ≤ eps · min(room · (room/alpha)^(−1/8), cap),    room = max(near · alpha, distance)
+//! extent · brightness ≤ eps · min(room · (x + 10.5)/(1.75 x + 10), cap)
+//! room = max(near · alpha, distance), x = room/alpha
 //! ```
 //!
 //! The error of a node goes with the third power of extent/distance. Division is by the kernel's own norm, never by a
@@ -35,12 +36,11 @@
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
-use half::f16;
 use rayon::prelude::*;
 
 use super::Backend;
 use crate::env::orientation::{centre, normalized};
-use crate::env::tree::{MAX_CUT, Moments, Params, Tree};
+use crate::env::tree::{Moments, Params, Tree};
 use crate::env::{Equirect, area};
 use crate::error::{Error, Result, nearest};
 use crate::gpu::{Gpu, MAX_GROUPS};
@@ -59,6 +59,10 @@ const BLOCK: u32 = 4;
 const WORKGROUP: u32 = 32;
 /// Sources with fewer columns are repeated texel by texel: a leaf must not be cut into too many parts.
 const LEAST_WIDTH: u32 = 512;
+/// Leaves are this part of the least extent that the narrowest lobe asks for.
+const LEAF: f64 = 1.5;
+/// Leaves are not smaller than this, so that the tree of a large source stays within some ten megabytes.
+const LEAST_LEAF_RAD: f64 = 0.006;
 /// A slice should take this long: enough to keep a GPU busy, short enough for progress, cancel and watchdogs.
 const SLICE_AIM: Duration = Duration::from_millis(25);
 
@@ -257,11 +261,10 @@ impl SpecularJob {
         let p = self.precision;
         let narrowest = if self.mips > 1 { self.alpha(1) } else { 1.0 };
         let least = p.eps * p.near * narrowest;
-        // Four texels at least, in a square: what is finer is cut out of the source when it is asked for.
-        let texel = std::f64::consts::PI / f64::from(source.height);
+        // Leaves this small are few enough; what is finer is cut out of the source when it is asked for.
         let params = Params {
-            leaf_extent_rad: (0.6 * least).max(1.45 * texel),
-            least_extent_rad: 0.6 * least,
+            leaf_extent_rad: (LEAF * least).max(LEAST_LEAF_RAD),
+            least_extent_rad: LEAF * least,
             brightness_limit: p.brightness_limit,
         };
         let tree = Tree::new(&source, &params, base);
@@ -379,11 +382,12 @@ impl SpecularJob {
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<Vec<f32>>> {
         let Prepared { source, tree } = prepared;
-        let name = format!("bake/specular+{}", self.kernel.name);
+        // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all.
+        let cuts = tree.needs_texels(self.lobe(1).threshold(0.0));
+        let name = format!("bake/specular{}+{}", if cuts { "_cut" } else { "" }, self.kernel.name);
         let kernel = gpu.kernel(&name, shaders::spirv(&name), 5, size_of::<Push>() as u32)?;
         let nodes = gpu.upload("nodes", &tree.nodes)?;
-        let cut = tree.needs_texels(self.precision.eps * self.precision.near * self.alpha(1));
-        let texels = if cut { residual(source, tree.base) } else { vec![0.0] };
+        let texels = if cuts { residual(source, tree.base) } else { vec![0.0] };
         let texels = gpu.upload("texels", &texels)?;
         let lines = gpu.upload("lines", &lines(source))?;
         let mut status = gpu.upload("status", &[0u32])?;
@@ -538,6 +542,12 @@ impl Lobe {
         Self { kernel, alpha, inverse_norm: 1.0 / (kernel.norm)(alpha), precision, cap }
     }
 
+    /// The largest node that may be added whole at a distance from the block.
+    fn threshold(&self, distance: f64) -> f64 {
+        let room = (self.precision.near * self.alpha).max(distance);
+        self.precision.eps * (room * (room + 10.5 * self.alpha) / (1.75 * room + 10.0 * self.alpha)).min(self.cap)
+    }
+
     /// Walks the tree for the axes of a block: the rule in f64, over the nodes that the shader reads. `None` when it
     /// takes more steps than allowed.
     pub fn walk(&self, prepared: &Prepared<'_>, axes: &[[f64; 3]]) -> Option<Walked> {
@@ -554,27 +564,27 @@ impl Lobe {
                 return None;
             }
             let node = &tree.nodes[i];
-            let [extent, key] = node.extent.map(f16::to_f64);
+            let Some(key) = node.key().map(f64::from) else {
+                i += node.skip() as usize;
+                continue;
+            };
             let away = minus(middle, node.c.map(f64::from));
             let away2 = dot(away, away);
-            if key < 0.0 || 1.0 - 0.5 * away2 + reach + 2.0 * extent < 0.0 {
-                i += node.skip as usize;
+            if 1.0 - 0.5 * away2 + reach + 2.0 * key < 0.0 {
+                i += node.skip() as usize;
                 continue;
             }
-            let room = (p.near * self.alpha).max(away2.sqrt() - reach - extent);
-            let threshold = p.eps * (room / (room / self.alpha).sqrt().sqrt().sqrt()).min(self.cap);
-            let leaf = node.skip == 1;
-            if key > threshold && !leaf {
+            let threshold = self.threshold(away2.sqrt() - reach - key);
+            if key > threshold && node.skip() > 1 {
                 i += 1;
                 continue;
             }
-            let cells = u32::from(node.rows[1]) * u32::from(node.columns[1]);
-            if key > threshold && (extent > threshold || (2..=MAX_CUT).contains(&cells)) {
+            if node.is_cut(threshold) {
                 self.cut(source, tree, i, threshold, axes, &mut walked);
             } else {
                 self.add(&tree.moments(i), axes, &mut walked);
             }
-            i += node.skip as usize;
+            i += node.skip() as usize;
         }
         for value in &mut walked.values {
             (0..3).for_each(|k| value[k] = value[k] * self.inverse_norm + f64::from(tree.base[k]));

@@ -25,7 +25,6 @@
 use std::f64::consts::{PI, TAU};
 
 use bytemuck::{Pod, Zeroable};
-use half::f16;
 use rayon::prelude::*;
 
 use super::Equirect;
@@ -33,7 +32,8 @@ use super::Equirect;
 /// How a tree is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
-    /// A node whose half diagonal is below this angle is a leaf, if it has no more than [`MAX_CUT`] texels.
+    /// A node whose half diagonal × brightness factor is below this angle is a leaf, if it has no more than [`MAX_CUT`]
+    /// texels.
     pub leaf_extent_rad: f64,
     /// A node whose half diagonal is below this angle is a leaf: no lobe asks for more.
     pub least_extent_rad: f64,
@@ -51,21 +51,54 @@ pub const MAX_CUT: u32 = 16;
 pub struct Node {
     /// Centroid.
     pub c: [f32; 3],
-    /// Half diagonal, and half diagonal × brightness factor, as half floats; the second is −1 where R = 0.
-    pub extent: [f16; 2],
+    /// Low 22 bits: [`Node::skip`]. High 10 bits: [`Node::key`].
+    key_and_skip: u32,
     /// Energy.
     pub e: [f32; 3],
-    /// Nodes in this subtree, this one included.
-    pub skip: u32,
+    /// Half diagonal of the rectangle.
+    pub extent: f32,
     /// D of red (x, y, z) and green, as 16-bit fractions of e_k × 2 half diagonals.
-    pub d: [i16; 6],
+    d: [i16; 6],
     /// First row (low half), rows (high half).
     pub rows: [u16; 2],
     /// Q: xx, yy, zz, xy, xz, yz, as 16-bit fractions of (2 half diagonals)².
-    pub q: [i16; 6],
+    q: [i16; 6],
     /// First column (low half), columns (high half).
     pub columns: [u16; 2],
 }
+
+/// Most nodes that a tree may have.
+pub const MAX_NODES: u32 = 1 << 22;
+
+impl Node {
+    /// Nodes in this subtree, this one included.
+    pub fn skip(&self) -> u32 {
+        self.key_and_skip & (MAX_NODES - 1)
+    }
+
+    /// Half diagonal × brightness factor: 5 bits of exponent, 5 of mantissa, rounded up. `None` where R = 0.
+    pub fn key(&self) -> Option<f32> {
+        let code = self.key_and_skip >> 22;
+        (code != 0).then(|| f32::from_bits(KEY_BASE | code << 18))
+    }
+
+    /// Is a leaf cut into parts, if what is above `threshold` is too large? A bright leaf is cut down to its texels, but
+    /// only if they are few; a leaf that is too large itself is cut as finely as need be.
+    pub fn is_cut(&self, threshold: f64) -> bool {
+        let texels = u32::from(self.rows[1]) * u32::from(self.columns[1]);
+        self.key().is_some_and(|key| f64::from(key) > threshold)
+            && (f64::from(self.extent) > threshold || (2..=MAX_CUT).contains(&texels))
+    }
+
+    fn key_code(key: f64) -> u32 {
+        let bits =
+            (key as f32).clamp(f32::from_bits(KEY_BASE | 1 << 18), f32::from_bits(KEY_BASE | 1023 << 18)).to_bits();
+        (bits.div_ceil(1 << 18) - (KEY_BASE >> 18)).min(1023)
+    }
+}
+
+/// Bits that every key shares as `f32`: keys run from 2⁻³¹ to 2.
+const KEY_BASE: u32 = 0x3000_0000;
 
 /// A [`Node`], decoded.
 #[derive(Clone, Copy, Debug, Default)]
@@ -193,16 +226,15 @@ impl Tree {
         [-self.mean[2] * inverse(self.mean[0]), -self.mean[2] * inverse(self.mean[1])]
     }
 
-    /// Can a walk whose least extent is `extent_rad` ask for the texels of a leaf?
+    /// Can a walk ask for the texels of a leaf, if nodes above `extent_rad` are too large for it?
     pub fn needs_texels(&self, extent_rad: f64) -> bool {
-        let wants = |n: &Node| n.skip == 1 && n.extent[1].to_f64() > extent_rad;
-        self.nodes.par_iter().any(wants)
+        self.nodes.par_iter().any(|n| n.skip() == 1 && n.is_cut(extent_rad))
     }
 
     /// Decodes node `i`.
     pub fn moments(&self, i: usize) -> Moments {
         let node = &self.nodes[i];
-        let scale = 2.0 * f64::from(node.extent[0].to_f32());
+        let scale = 2.0 * f64::from(node.extent);
         let fraction = |v: i16| (f64::from(v) / 32767.0).max(-1.0);
         let [blue_red, blue_green] = self.blue_from();
         let e = node.e.map(f64::from);
@@ -256,55 +288,77 @@ impl Builder<'_> {
         0.5 * (height * height + width * width).sqrt()
     }
 
-    /// The parts of a rectangle; one where it stays whole.
-    fn cut(&self, r: Rect) -> Vec<Rect> {
+    /// Cuts a rectangle across its longer side, or both where it is nearly square.
+    fn cut(&self, r: Rect) -> impl Iterator<Item = Rect> {
+        const LONG: f64 = 1.4;
         let (height, width) = self.sides(r);
         let (rows, columns) = (r.r1 - r.r0, r.c1 - r.c0);
-        let extent = self.half_diagonal(r);
-        let few = rows * columns <= MAX_CUT;
-        if extent <= self.params.least_extent_rad || few && extent <= self.params.leaf_extent_rad {
-            return vec![r];
-        }
-        const LONG: f64 = 1.4;
         let by_rows = rows > 1 && (columns == 1 || height * LONG > width);
         let by_columns = columns > 1 && (rows == 1 || width * LONG > height);
-        let row = if by_rows { vec![(r.r0, r.r0 + rows / 2), (r.r0 + rows / 2, r.r1)] } else { vec![(r.r0, r.r1)] };
-        let half = r.c0 + columns / 2;
-        let column = if by_columns { vec![(r.c0, half), (half, r.c1)] } else { vec![(r.c0, r.c1)] };
-        row.iter().flat_map(|&(r0, r1)| column.iter().map(move |&(c0, c1)| Rect { r0, r1, c0, c1 })).collect()
+        let row = if by_rows { r.r0 + rows / 2 } else { r.r1 };
+        let column = if by_columns { r.c0 + columns / 2 } else { r.c1 };
+        [
+            Rect { r0: r.r0, r1: row, c0: r.c0, c1: column },
+            Rect { r0: r.r0, r1: row, c0: column, c1: r.c1 },
+            Rect { r0: row, r1: r.r1, c0: r.c0, c1: column },
+            Rect { r0: row, r1: r.r1, c0: column, c1: r.c1 },
+        ]
+        .into_iter()
+        .filter(|part| part.r0 < part.r1 && part.c0 < part.c1)
     }
 
     /// Appends the subtree of a rectangle.
     fn grow(&self, r: Rect, nodes: &mut Vec<Node>) -> Sums {
         let at = nodes.len();
         nodes.push(Node::zeroed());
-        let parts = self.cut(r);
-        let sums = if parts.len() == 1 {
-            self.texels(r)
-        } else {
-            let large = (r.r1 - r.r0) as usize * (r.c1 - r.c0) as usize > 1 << 15;
-            let mut sums = Sums::default();
-            if large {
-                let grown: Vec<(Sums, Vec<Node>)> = parts
-                    .par_iter()
-                    .map(|part| {
-                        let mut nodes = Vec::new();
-                        (self.grow(*part, &mut nodes), nodes)
-                    })
-                    .collect();
-                for (part, more) in grown {
-                    sums.add(&part);
-                    nodes.extend_from_slice(&more);
-                }
-            } else {
-                for part in &parts {
-                    sums.add(&self.grow(*part, nodes));
-                }
+
+        // A leaf? Its brightness is known once it has been summed.
+        let texels = (r.r1 - r.r0) * (r.c1 - r.c0);
+        let extent = self.half_diagonal(r);
+        let few = texels <= MAX_CUT;
+        if extent <= if few { self.params.leaf_extent_rad } else { self.params.least_extent_rad } || texels == 1 {
+            let sums = self.texels(r);
+            let key = extent * self.brightness(r, &sums);
+            if key <= self.params.leaf_extent_rad || !few || texels == 1 {
+                nodes[at] = self.node(r, &sums, 1);
+                return sums;
             }
-            sums
-        };
+        }
+
+        let mut sums = Sums::default();
+        if texels > 1 << 15 {
+            let parts: Vec<Rect> = self.cut(r).collect();
+            let grown: Vec<(Sums, Vec<Node>)> = parts
+                .par_iter()
+                .map(|part| {
+                    let mut nodes = Vec::new();
+                    (self.grow(*part, &mut nodes), nodes)
+                })
+                .collect();
+            for (part, more) in grown {
+                sums.add(&part);
+                nodes.extend_from_slice(&more);
+            }
+        } else {
+            for part in self.cut(r) {
+                sums.add(&self.grow(part, nodes));
+            }
+        }
         nodes[at] = self.node(r, &sums, (nodes.len() - at) as u32);
         sums
+    }
+
+    /// W of a rectangle.
+    fn weight(&self, sums: &Sums) -> f64 {
+        (0..3).map(|k| sums.e[k] * self.inverse_mean[k]).sum()
+    }
+
+    /// The factor by which a rectangle counts as larger.
+    fn brightness(&self, r: Rect, sums: &Sums) -> f64 {
+        let (t0, t1) = (f64::from(r.r0) * self.d_theta, f64::from(r.r1) * self.d_theta);
+        // cos t0 − cos t1 as a product: nothing cancels.
+        let solid_angle = 2.0 * (0.5 * (t0 + t1)).sin() * (0.5 * (t1 - t0)).sin() * f64::from(r.c1 - r.c0) * self.d_phi;
+        (self.weight(sums) / (3.0 * solid_angle)).sqrt().clamp(1.0, self.params.brightness_limit)
     }
 
     fn texels(&self, r: Rect) -> Sums {
@@ -348,16 +402,15 @@ impl Builder<'_> {
     fn node(&self, r: Rect, sums: &Sums, skip: u32) -> Node {
         let rows = [r.r0 as u16, (r.r1 - r.r0) as u16];
         let columns = [r.c0 as u16, (r.c1 - r.c0) as u16];
-        let extent = self.half_diagonal(r);
-        // Rounded up, so that a node is never taken for smaller than it is.
-        let extent = f16::from_f64(extent * 1.0005);
-        let weight: f64 = (0..3).map(|k| sums.e[k] * self.inverse_mean[k]).sum();
+        let extent = self.half_diagonal(r) as f32;
+        assert!(skip < MAX_NODES, "the tree's parameters bound its size");
+        let weight = self.weight(sums);
         if weight <= 0.0 {
-            return Node { extent: [extent, f16::from_f32(-1.0)], skip, rows, columns, ..Node::zeroed() };
+            return Node { extent, key_and_skip: skip, rows, columns, ..Node::zeroed() };
         }
         let m: [f64; 3] = std::array::from_fn(|x| (0..3).map(|k| sums.first[k][x] * self.inverse_mean[k]).sum());
         let c = m.map(|v| v / weight);
-        let scale = 2.0 * f64::from(extent.to_f32());
+        let scale = 2.0 * f64::from(extent);
         let fraction = |v: f64| (v * 32767.0).round().clamp(-32767.0, 32767.0) as i16;
         let pair = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
         let q = std::array::from_fn(|i| {
@@ -367,10 +420,8 @@ impl Builder<'_> {
             let (k, x) = (i / 3, i % 3);
             fraction((sums.first[k][x] - sums.e[k] * c[x]) * inverse(sums.e[k]) / scale)
         });
-        let area = (f64::from(r.c1 - r.c0) * self.d_phi)
-            * ((f64::from(r.r0) * self.d_theta).cos() - (f64::from(r.r1) * self.d_theta).cos());
-        let ratio = (weight / (3.0 * area)).sqrt().clamp(1.0, self.params.brightness_limit);
-        let key = f16::from_f64(f64::from(extent.to_f32()) * ratio);
-        Node { c: c.map(|v| v as f32), extent: [extent, key], e: sums.e.map(|v| v as f32), skip, d, rows, q, columns }
+        let key = Node::key_code(f64::from(extent) * self.brightness(r, sums));
+        let (c, e) = (c.map(|v| v as f32), sums.e.map(|v| v as f32));
+        Node { c, key_and_skip: key << 22 | skip, e, extent, d, rows, q, columns }
     }
 }

@@ -5,7 +5,8 @@
 vec2 over_node(float h, float mu, float f, float v, float alpha) {
     float a2 = alpha * alpha;
     float b = 1.0 - a2;
-    float r = 1.0 / (a2 + b * h);
-    float b_mu_r = b * mu * r;
-    return r * r * vec2(mu + v * b * r * (8.0 * f + 6.0 * b_mu_r), f + b_mu_r);
+    float r = 1.0 / fma(b, h, a2);
+    float b_r = b * r;
+    float b_mu_r = b_r * mu;
+    return r * r * vec2(fma(v * b_r, fma(6.0, b_mu_r, 8.0 * f), mu), f + b_mu_r);
 }

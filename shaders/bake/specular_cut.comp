@@ -1,0 +1,4 @@
+#version 450
+// The walk for lobes narrower than the leaves: it cuts them.
+#define CUT 1
+#include "bake/specular_walk.glsl"

@@ -1,0 +1,231 @@
+// A filtered environment: the walk of src/bake/specular.rs, which explains it. One invocation is a block of 4 x 4 texels.
+//
+// Written for the cost of software Vulkan too, where both sides of every branch are executed and only loops are left
+// early: the search for the next node is a small loop of its own. Such drivers may also stop counting after 65,535
+// iterations of all loops together, so both count against one limit.
+//
+// CUT is 1 where leaves may have to be cut into parts of their texels, else 0.
+
+#include <zonal>
+#include "term/cube.glsl"
+
+layout(local_size_x = 32) in;
+
+// c and extent | e and skip | d and rows | q and columns: Node in src/env/tree.rs.
+layout(std430, set = 0, binding = 0) readonly buffer Nodes { uvec4 nodes[]; };
+// The source without its base, rgb.
+layout(std430, set = 0, binding = 1) readonly buffer Texels { float texels[]; };
+// Cosine and sine of theta at the middle of every row, then of phi at the middle of every column.
+layout(std430, set = 0, binding = 2) readonly buffer Lines { vec2 lines[]; };
+layout(std430, set = 0, binding = 3) writeonly buffer Result { float result[]; };
+layout(std430, set = 0, binding = 4) buffer Status { uint overrun; };
+
+layout(push_constant) uniform Job {
+    uint size;          // texels along a side of a face
+    uint side;          // blocks along a side of a face
+    uint first;         // this slice's blocks
+    uint end;
+    uint offset;        // of this mip in the result, in texels
+    uint node_count;
+    uint limit;         // iterations
+    uint rows;          // of the source
+    float d_theta;      // sides of a source texel
+    float d_phi;
+    float alpha;
+    float near;         // below this distance nodes do not shrink further
+    float eps;          // node size / distance
+    float cap;          // largest distance that counts
+    float inverse_norm;
+    float blue_red;     // D of blue is blue_red * D of red + blue_green * D of green
+    float blue_green;
+    float base_red;
+    float base_green;
+    float base_blue;
+} job;
+
+const uint TEXELS = 16u;
+// A bright leaf is cut only if it has no more texels than this: near the poles there are many in one.
+const uint MAX_CUT = 16u;
+#define EACH_TEXEL(DO) \
+    DO(0u) DO(1u) DO(2u) DO(3u) DO(4u) DO(5u) DO(6u) DO(7u) DO(8u) DO(9u) DO(10u) DO(11u) DO(12u) DO(13u) DO(14u) DO(15u)
+
+// Blocks are taken in groups of 4 x 2, so that neighbouring invocations walk the same nodes.
+uvec3 place(uint block) {
+    uint area = job.side * job.side;
+    uint face = block / area;
+    uint at = block - face * area;
+    if (job.side % 4u != 0u) return uvec3(at % job.side, at / job.side, face);
+    uint across = job.side / 4u;
+    uint group = at / 8u;
+    uint within = at % 8u;
+    return uvec3((group % across) * 4u + within % 4u, (group / across) * 2u + within / 4u, face);
+}
+
+uvec2 texel_of(uvec3 block, uint i) {
+    return min(block.xy * 4u + uvec2(i % 4u, i / 4u), uvec2(job.size - 1u));
+}
+
+vec3 axis(uvec3 block, uint i) {
+    vec2 st = (2.0 * vec2(texel_of(block, i)) + 1.0) / float(job.size) - 1.0;
+    return normalize(direction(block.z, st.x, st.y));
+}
+
+// Sine and cosine of (a + d) from (cos a, sin a), for small d: (cos, sin).
+vec2 turned(vec2 a, float d) {
+    float d2 = d * d;
+    float s = d * (1.0 - d2 * (1.0 / 6.0 - d2 / 120.0));
+    float c = 1.0 - d2 * (0.5 - d2 / 24.0);
+    return vec2(a.x * c - a.y * s, a.y * c + a.x * s);
+}
+
+void main() {
+    uint index = job.first + gl_GlobalInvocationID.x;
+    if (index >= job.end) return;
+    uvec3 block = place(index);
+
+    // The block's texels, its middle, and how far its texels are from it.
+    vec3 n[TEXELS];
+    vec3 sum[TEXELS];
+    vec3 middle = vec3(0.0);
+#define START(I) n[I] = axis(block, I); sum[I] = vec3(0.0); middle += n[I];
+    EACH_TEXEL(START)
+    middle = normalize(middle);
+    float reach = 0.0;
+#define REACH(I) reach = max(reach, distance(middle, n[I]));
+    EACH_TEXEL(REACH)
+
+    // Software Vulkan reads a push constant as slowly as memory, and in a loop each time anew.
+    uint node_count = job.node_count, limit = job.limit;
+    float alpha = job.alpha, near = job.near, eps = job.eps, cap = job.cap;
+    float blue_red = job.blue_red, blue_green = job.blue_green;
+#if CUT
+    uint all_rows = job.rows;
+    float d_theta = job.d_theta, d_phi = job.d_phi;
+    // A leaf that is being cut: its first column and row, parts a texel, parts in all, and the part at hand.
+    bool cutting = false;
+    uvec2 corner = uvec2(0u), parts = uvec2(1u), count = uvec2(0u), part = uvec2(0u);
+#endif
+    uint i = 0u;
+    uint step = 0u;
+    while (i < node_count && step < limit) {
+        // Find the next node to add.
+        uint at = node_count;
+        vec3 c = vec3(0.0);
+        float key = 0.0, threshold = 0.0;
+#if CUT
+        bool search = !cutting;
+#else
+        bool search = true;
+#endif
+        while (search) {
+            uvec4 w = nodes[4u * i];
+            uint skip = w.w & 0x3fffffu;
+            key = uintBitsToFloat(0x30000000u | ((w.w >> 22) << 18));
+            c = uintBitsToFloat(w.xyz);
+            vec3 away = middle - c;
+            float away2 = dot(away, away);
+            float room = max(near, sqrt(away2) - reach - key);
+            threshold = eps * min(room * fma(10.5, alpha, room) / fma(1.75, room, 10.0 * alpha), cap);
+            bool pass = w.w < 0x400000u || fma(-0.5, away2, 1.0 + reach + 2.0 * key) < 0.0;
+            bool enter = !pass && key > threshold && skip > 1u;
+            at = pass || enter ? at : i;
+            i += enter ? 1u : skip;
+            step++;
+            search = (pass || enter) && i < node_count && step < limit;
+        }
+
+        // Its moments.
+        vec3 e = vec3(0.0), d_red = vec3(0.0), d_green = vec3(0.0);
+        vec3 q_same = vec3(0.0), q_mixed = vec3(0.0);
+        if (at < node_count) {
+            uvec4 w1 = nodes[4u * at + 1u], w2 = nodes[4u * at + 2u], w3 = nodes[4u * at + 3u];
+            float extent = uintBitsToFloat(w1.w);
+            float scale = 2.0 * extent;
+            e = uintBitsToFloat(w1.xyz);
+            vec2 d01 = unpackSnorm2x16(w2.x), d23 = unpackSnorm2x16(w2.y), d45 = unpackSnorm2x16(w2.z);
+            d_red = vec3(d01, d23.x) * (scale * e.x);
+            d_green = vec3(d23.y, d45) * (scale * e.y);
+            vec2 q01 = unpackSnorm2x16(w3.x), q23 = unpackSnorm2x16(w3.y), q45 = unpackSnorm2x16(w3.z);
+            q_same = vec3(q01, q23.x) * (scale * scale);
+            q_mixed = vec3(q23.y, q45) * (scale * scale);
+#if CUT
+            // Is it a leaf that is too large?
+            uvec2 cells = uvec2(w3.w >> 16, w2.w >> 16);
+            uint whole = cells.x * cells.y;
+            if (key > threshold && (extent > threshold || (whole > 1u && whole <= MAX_CUT))) {
+                cutting = true;
+                corner = uvec2(w3.w & 0xffffu, w2.w & 0xffffu);
+                float width = d_phi * lines[corner.y + cells.y / 2u].y;
+                parts = uvec2(max(ceil(vec2(width, d_theta) / (sqrt(2.0) * threshold)), 1.0));
+                count = cells * parts;
+                part = uvec2(0u);
+            }
+#endif
+        }
+#if CUT
+        if (cutting) {
+            // One part of a texel: a rectangle in (theta, phi) with the texel's radiance; its moments are closed.
+            vec2 inside = (vec2(part) + 0.5) / vec2(parts);
+            vec2 cell = floor(inside);
+            uvec2 texel = corner + uvec2(cell);
+            vec2 half_side = 0.5 * vec2(d_phi, d_theta) / vec2(parts);
+            vec2 theta = turned(lines[texel.y], (inside.y - cell.y - 0.5) * d_theta);
+            vec2 phi = turned(lines[all_rows + texel.x], (inside.x - cell.x - 0.5) * d_phi);
+            float a2 = half_side.y * half_side.y, b2 = half_side.x * half_side.x;
+            float across = (1.0 - b2 / 6.0) * (theta.y * (1.0 - 0.5 * a2) + a2 / (3.0 * theta.y));
+            c = vec3(across * phi.x, theta.x * (1.0 - 0.5 * a2), across * phi.y);
+            uint first = 3u * (texel.y * 2u * all_rows + texel.x);
+            float solid_angle = 4.0 * half_side.x * half_side.y * theta.y * (1.0 - a2 / 6.0);
+            e = solid_angle * vec3(texels[first], texels[first + 1u], texels[first + 2u]);
+            vec3 down = vec3(theta.x * phi.x, -theta.y, theta.x * phi.y);
+            vec3 along = vec3(-phi.y, 0.0, phi.x);
+            float q_down = a2 / 3.0, q_along = b2 / 3.0 * theta.y * theta.y;
+            q_same = q_down * down * down + q_along * along * along;
+            q_mixed = q_down * down.xxy * down.yzz + q_along * along.xxy * along.yzz;
+            d_red = vec3(0.0);
+            d_green = vec3(0.0);
+            bool last = part.x + 1u == count.x;
+            part = last ? uvec2(0u, part.y + 1u) : uvec2(part.x + 1u, part.y);
+            cutting = part.y < count.y;
+            step++;
+        }
+#endif
+
+        // Add it to every texel; a lane that found none adds nothing, as its e and d are 0.
+        float spread = q_same.x + q_same.y + q_same.z;
+        float w = sqrt(1.5 * spread) + 1e-7;
+        float slope = 0.5 / w;
+        float v0 = spread * spread / 16.0;
+        float h0 = 0.25 * spread;
+        q_same *= 0.125;
+        q_mixed *= 0.25;
+#define ADD(I) { \
+        vec3 d = n[I] - c; \
+        vec3 dd = d * d; \
+        vec3 dm = d.xxy * d.yzz; \
+        float h = fma(0.25, dd.x + dd.y + dd.z, h0); \
+        float v = fma(q_same.x, dd.x, fma(q_same.y, dd.y, fma(q_same.z, dd.z, \
+                  fma(q_mixed.x, dm.x, fma(q_mixed.y, dm.y, fma(q_mixed.z, dm.z, v0)))))); \
+        float mu0 = fma(-2.0, h, 1.0); \
+        float f = clamp(fma(mu0, slope, 0.5), 0.0, 1.0); \
+        float mu = max(mu0, w * f * f); \
+        vec2 k = over_node(h, mu, f, v, alpha); \
+        float red = fma(n[I].x, d_red.x, fma(n[I].y, d_red.y, n[I].z * d_red.z)); \
+        float green = fma(n[I].x, d_green.x, fma(n[I].y, d_green.y, n[I].z * d_green.z)); \
+        float blue = fma(blue_red, red, blue_green * green); \
+        sum[I].x = fma(k.x, e.x, fma(k.y, red, sum[I].x)); \
+        sum[I].y = fma(k.x, e.y, fma(k.y, green, sum[I].y)); \
+        sum[I].z = fma(k.x, e.z, fma(k.y, blue, sum[I].z)); }
+        EACH_TEXEL(ADD)
+    }
+    if (step >= limit) atomicMax(overrun, 1u);
+
+    uvec2 texel;
+    uint at;
+#define STORE(I) texel = texel_of(block, I); \
+    at = 3u * (job.offset + (block.z * job.size + texel.y) * job.size + texel.x); \
+    result[at] = sum[I].x * job.inverse_norm + job.base_red; \
+    result[at + 1u] = sum[I].y * job.inverse_norm + job.base_green; \
+    result[at + 2u] = sum[I].z * job.inverse_norm + job.base_blue;
+    EACH_TEXEL(STORE)
+}
