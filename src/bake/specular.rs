@@ -60,7 +60,7 @@ const WORKGROUP: u32 = 32;
 /// Sources with fewer columns are repeated texel by texel: a leaf must not be cut into too many parts.
 const LEAST_WIDTH: u32 = 512;
 /// Leaves are this part of the least extent that the narrowest lobe asks for.
-const LEAF: f64 = 1.5;
+const LEAF: f64 = 0.8;
 /// Leaves are not smaller than this, so that the tree of a large source stays within some ten megabytes.
 const LEAST_LEAF_RAD: f64 = 0.006;
 /// A slice should take this long: enough to keep a GPU busy, short enough for progress, cancel and watchdogs.
