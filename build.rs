@@ -9,12 +9,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 #[path = "src/quadrature"]
-#[allow(dead_code)]
+#[allow(dead_code, reason = "the library uses the rest")]
 mod quadrature {
     pub mod gauss_legendre;
 }
 #[path = "src/rule/cone_nodes.rs"]
-#[allow(dead_code)]
+#[allow(dead_code, reason = "the library uses the rest")]
 mod cone_nodes;
 
 /// What `#include <slot>` may stand for.

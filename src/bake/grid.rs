@@ -1,9 +1,10 @@
 //! Runs a table kernel, or the rule on the processor, over a grid of (n·v, roughness) in slices.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::slices::next_slice;
 use super::{At, Backend};
 use crate::error::Result;
 use crate::gpu::{Gpu, MAX_GROUPS};
@@ -16,8 +17,6 @@ use crate::shaders;
 const WORKGROUP: u32 = 64;
 /// The first slice also compiles the shader, so it is small.
 const FIRST_SLICE: u32 = 4096;
-/// A slice should take this long: long enough to keep a GPU busy, short enough for progress, cancel and watchdogs.
-const SLICE_AIM: Duration = Duration::from_millis(25);
 /// A band of rows has a result buffer of at most this size.
 const BAND_BYTES: u64 = 64 << 20;
 
@@ -100,7 +99,7 @@ impl Grid<'_> {
                 let start = Instant::now();
                 let push = Slice { columns, first, count };
                 gpu.dispatch(&kernel, &[&n_dot_v, &alpha, &nodes, &result], &push, [count.div_ceil(WORKGROUP), 1, 1])?;
-                slice = next_slice(count, start.elapsed());
+                slice = next_slice(count, start.elapsed(), WORKGROUP);
                 first += count;
             }
             out.extend(gpu.read::<f32>(&result)?);
@@ -108,10 +107,4 @@ impl Grid<'_> {
         tick(on, self.stage, 1.0)?;
         Ok(out)
     }
-}
-
-/// The next slice aims at [`SLICE_AIM`], growing at most four-fold.
-fn next_slice(count: u32, took: Duration) -> u32 {
-    let factor = (SLICE_AIM.as_secs_f64() / took.as_secs_f64().max(1e-6)).clamp(0.25, 4.0);
-    ((f64::from(count) * factor) as u32).max(WORKGROUP)
 }

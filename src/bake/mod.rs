@@ -4,6 +4,7 @@ mod albedo;
 mod average_albedo;
 pub mod backend;
 pub mod grid;
+mod slices;
 pub mod specular;
 mod split_sum;
 

@@ -34,11 +34,12 @@
 //! sum of weights. The same bytes come out whatever the slices and however many threads.
 
 use std::borrow::Cow;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::Backend;
+use super::slices::next_slice;
 use crate::env::orientation::{centre, normalized};
 use crate::env::tree::{Moments, Params, Tree};
 use crate::env::{Equirect, area};
@@ -63,8 +64,6 @@ const LEAST_WIDTH: u32 = 512;
 const LEAF: f64 = 0.8;
 /// Leaves are not smaller than this, so that the tree of a large source stays within some ten megabytes.
 const LEAST_LEAF_RAD: f64 = 0.006;
-/// A slice should take this long: enough to keep a GPU busy, short enough for progress, cancel and watchdogs.
-const SLICE_AIM: Duration = Duration::from_millis(25);
 
 /// How roughness runs over the mips m = 0..=M.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -407,7 +406,7 @@ impl SpecularJob {
                 let slice_push = Push { first, end: first + count, ..push };
                 let buffers = [&nodes, &texels, &lines, &result, &status];
                 gpu.dispatch(&kernel, &buffers, &slice_push, [count.div_ceil(WORKGROUP), 1, 1])?;
-                next = slice.unwrap_or_else(|| next_slice(count, start.elapsed()));
+                next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
                 first += count;
                 done += count;
             }
@@ -475,12 +474,6 @@ impl SpecularJob {
         meta.set("version", env!("CARGO_PKG_VERSION"));
         meta
     }
-}
-
-/// The next slice aims at [`SLICE_AIM`], growing at most four-fold; both halves of a processor get something to do.
-fn next_slice(count: u32, took: Duration) -> u32 {
-    let factor = (SLICE_AIM.as_secs_f64() / took.as_secs_f64().max(1e-6)).clamp(0.25, 4.0);
-    ((f64::from(count) * factor) as u32).max(2 * WORKGROUP) / WORKGROUP * WORKGROUP
 }
 
 /// The source without its base, RGB interleaved.

@@ -1,5 +1,5 @@
 //! Shared by the integration tests.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "no test uses all of it")]
 
 use brdf_baker::bake::Backend;
 use brdf_baker::gpu::Gpu;
