@@ -26,6 +26,6 @@ show $baker bake albedo -o "$out/albedo.exr" --size 64 --encoding r32f
 show $baker env "$out/sky.exr" -o "$out/sky.ktx2"
 show $baker verify "$out/dfg.ktx2"
 show $baker verify "$out/albedo.exr"
-show $baker verify "$out/sky.ktx2"
+show $baker verify "$out/sky.ktx2" --source "$out/sky.exr"
 example contact_sheet "$out/dfg.ktx2" "$out/sky.ktx2" "$out/preview.png"
 printf '\nLook at %s/preview.png: the table, and the environment from smooth to rough.\n' "$out"

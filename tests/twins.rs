@@ -8,7 +8,7 @@ use brdf_baker::ndf::{alpha_of, ggx};
 use brdf_baker::progress::ignore;
 use brdf_baker::shaders::spirv;
 use brdf_baker::term::visibility::{VISIBILITIES, smith, smith_uncorrelated};
-use brdf_baker::term::{fresnel, trig};
+use brdf_baker::term::{cube, fresnel, trig, zonal};
 
 mod common;
 use common::{Random, on_gpu};
@@ -139,7 +139,57 @@ const TERMS: &[Term] = &[
         twin: |x| smith_uncorrelated::g_over_n_dot_v(x[0], x[1], x[2], x[3]),
         worst: 3e-7,
     },
+    Term {
+        name: "direction",
+        visibility: "smith",
+        function: 7,
+        input: |r| {
+            [(6.0 * r.next()).floor(), 2.0 * r.next() - 1.0, 2.0 * r.next() - 1.0, (3.0 * r.next()).floor()]
+                .map(|v| v as f32)
+        },
+        twin: |x| cube::direction(x[0] as u32, x[1], x[2])[x[3] as usize],
+        worst: 0.0,
+    },
+    Term {
+        name: "over_node",
+        visibility: "smith",
+        function: 8,
+        input: node,
+        twin: |x| zonal::ggx::over_node(x[0], 1.0 - 2.0 * x[0], x[1], x[2], x[3])[0],
+        worst: 2e-6,
+    },
+    Term {
+        name: "over_node",
+        visibility: "smith",
+        function: 9,
+        input: node,
+        twin: |x| zonal::ggx::over_node(x[0], 1.0 - 2.0 * x[0], x[1], x[2], x[3])[1],
+        worst: 2e-6,
+    },
 ];
+
+/// h in [0, ½], share above the horizon, variance of h below h²/8, alpha.
+fn node(random: &mut Random) -> [f32; 4] {
+    let (h, alpha) = (0.5 * unit(random), unit(random));
+    [h as f32, random.next() as f32, (0.1 * h * h * random.next()) as f32, alpha as f32]
+}
+
+#[test]
+fn every_shared_function_is_probed() {
+    // Functions that are probed under another name: the geometry terms share theirs.
+    let probed: Vec<&str> = TERMS.iter().map(|t| t.name).collect();
+    for ndf_or_term in ["ndf/ggx", "term/cube", "term/fresnel", "term/trig", "term/zonal/ggx"] {
+        let path = format!("{}/shaders/{ndf_or_term}.glsl", env!("CARGO_MANIFEST_DIR"));
+        let source = std::fs::read_to_string(path).unwrap();
+        for line in source.lines().filter(|l| l.starts_with("float ") || l.starts_with("vec")) {
+            let name = line.split([' ', '(']).nth(1).unwrap();
+            assert!(probed.contains(&name), "{ndf_or_term}::{name} is not probed");
+        }
+    }
+    for visibility in VISIBILITIES {
+        assert!(probed.contains(&visibility.file), "{} is not probed", visibility.name);
+    }
+}
 
 #[test]
 fn shared_functions_agree_with_their_twins() {
