@@ -193,6 +193,8 @@ struct Builder<'a> {
     inverse_mean: [f64; 3],
     rows: Vec<RowTerms>,
     columns: Vec<ColumnTerms>,
+    /// Sine and cosine of θ at the upper edge of every unit of rows, and at the last one's lower edge.
+    edges: Vec<(f64, f64)>,
     d_theta: f64,
     d_phi: f64,
 }
@@ -227,6 +229,7 @@ impl Tree {
             inverse_mean: mean.map(inverse),
             rows: (0..height).map(|i| row_terms(d_theta * (f64::from(i) + 0.5), 0.5 * d_theta)).collect(),
             columns: (0..width).map(|j| column_terms(d_phi * (f64::from(j) + 0.5) - PI, 0.5 * d_phi)).collect(),
+            edges: (0..=FINE * height).map(|i| (f64::from(i) * d_theta / f64::from(FINE)).sin_cos()).collect(),
             d_theta,
             d_phi,
         };
@@ -299,12 +302,6 @@ fn column_terms(phi: f64, b: f64) -> ColumnTerms {
 }
 
 impl Builder<'_> {
-    /// θ of the rectangle's upper and lower side.
-    fn thetas(&self, r: Rect) -> (f64, f64) {
-        let unit = self.d_theta / f64::from(FINE);
-        (f64::from(r.r0) * unit, f64::from(r.r1) * unit)
-    }
-
     /// Extent in φ.
     fn turn(&self, r: Rect) -> f64 {
         f64::from(r.c1 - r.c0) * self.d_phi / f64::from(FINE)
@@ -312,9 +309,13 @@ impl Builder<'_> {
 
     /// Height and greatest width of a rectangle on the sphere, in radians.
     fn sides(&self, r: Rect) -> (f64, f64) {
-        let (t0, t1) = self.thetas(r);
-        let widest = if t0 <= PI / 2.0 && t1 >= PI / 2.0 { 1.0 } else { t0.sin().max(t1.sin()) };
-        (t1 - t0, self.turn(r) * widest)
+        let equator = FINE * self.source.height / 2;
+        let widest = if r.r0 <= equator && r.r1 >= equator {
+            1.0
+        } else {
+            self.edges[r.r0 as usize].0.max(self.edges[r.r1 as usize].0)
+        };
+        (f64::from(r.r1 - r.r0) * self.d_theta / f64::from(FINE), self.turn(r) * widest)
     }
 
     fn half_diagonal(&self, r: Rect) -> f64 {
@@ -410,9 +411,7 @@ impl Builder<'_> {
 
     /// The factor by which a rectangle counts as larger.
     fn brightness(&self, r: Rect, sums: &Sums) -> f64 {
-        let (t0, t1) = self.thetas(r);
-        // cos t0 − cos t1 as a product: nothing cancels.
-        let solid_angle = 2.0 * (0.5 * (t0 + t1)).sin() * (0.5 * (t1 - t0)).sin() * self.turn(r);
+        let solid_angle = (self.edges[r.r0 as usize].1 - self.edges[r.r1 as usize].1) * self.turn(r);
         (self.weight(sums) / (3.0 * solid_angle)).sqrt().clamp(1.0, self.params.brightness_limit)
     }
 
@@ -421,10 +420,11 @@ impl Builder<'_> {
         let (y0, x0) = (r.r0 / FINE, r.c0 / FINE);
         let mut sums = Sums::default();
         if Self::texel_count(r) == 0 {
-            let (t0, t1) = self.thetas(r);
-            let middle = f64::from(r.c0 + r.c1) * 0.5 * self.d_phi / f64::from(FINE) - PI;
-            let row = row_terms(0.5 * (t0 + t1), 0.5 * (t1 - t0));
-            let column = column_terms(middle, 0.5 * self.turn(r));
+            let half = 0.5 / f64::from(FINE);
+            let (theta, phi) =
+                (f64::from(r.r0 + r.r1) * half * self.d_theta, f64::from(r.c0 + r.c1) * half * self.d_phi);
+            let row = row_terms(theta, f64::from(r.r1 - r.r0) * half * self.d_theta);
+            let column = column_terms(phi - PI, 0.5 * self.turn(r));
             self.add_row(&mut sums, &row, &[column], &[self.source.row(y0)[x0 as usize]], self.turn(r));
             return sums;
         }
@@ -482,7 +482,8 @@ impl Builder<'_> {
         let m: [f64; 3] = std::array::from_fn(|x| (0..3).map(|k| sums.first[k][x] * self.inverse_mean[k]).sum());
         let c = m.map(|v| v / weight);
         let scale = 2.0 * f64::from(extent);
-        let fraction = |v: f64| (v * 32767.0).round().clamp(-32767.0, 32767.0) as i16;
+        // To nearest; a cast cuts towards 0.
+        let fraction = |v: f64| (v * 32767.0 + 0.5f64.copysign(v)).clamp(-32767.0, 32767.0) as i16;
         let pair = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
         let q = std::array::from_fn(|i| {
             fraction((sums.second[i] / weight - c[pair[i].0] * c[pair[i].1]) / (scale * scale))
