@@ -136,10 +136,7 @@ fn mip_0_keeps_the_mean_radiance() {
 #[test]
 fn every_mip_agrees_with_a_brute_force_sum() {
     on_gpu(|backend| {
-        // Single texels of 200,000 times their surroundings are the walk's weak spot: 1.7e-3 measured at mip 1.
-        let scenes =
-            [("sun", sun_sky(256), 1e-3), ("room", room(256), 1e-3), ("pole and seam", pole_and_seam(256), 2.5e-3)];
-        for (name, source, bound) in scenes {
+        for (name, source) in [("sun", sun_sky(256)), ("room", room(256)), ("pole and seam", pole_and_seam(256))] {
             for law in ["linear", "quadratic"] {
                 let job = job(256, law);
                 let cube = baked(&job, &source, backend);
@@ -148,7 +145,7 @@ fn every_mip_agrees_with_a_brute_force_sum() {
                 assert_eq!(errors.len(), 8);
                 for e in errors {
                     println!("{name} {law}: mip {} rms {:.1e}, max {:.1e} of {} texels", e.mip, e.rms, e.max, e.texels);
-                    assert!(e.rms <= bound && e.max <= 1e-2, "{name} {law}: mip {}: {:e} {:e}", e.mip, e.rms, e.max);
+                    assert!(e.rms <= 1e-3 && e.max <= 1e-2, "{name} {law}: mip {}: {:e} {:e}", e.mip, e.rms, e.max);
                 }
             }
         }

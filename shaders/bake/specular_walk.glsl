@@ -46,6 +46,8 @@ layout(push_constant) uniform Job {
 const uint TEXELS = 16u;
 // A bright leaf is cut only if it has no more texels than this: near the poles there are many in one.
 const uint MAX_CUT = 16u;
+// Leaves are given in units of a texel / FINE.
+const uint FINE = 4u;
 #define EACH_TEXEL(DO) \
     DO(0u) DO(1u) DO(2u) DO(3u) DO(4u) DO(5u) DO(6u) DO(7u) DO(8u) DO(9u) DO(10u) DO(11u) DO(12u) DO(13u) DO(14u) DO(15u)
 
@@ -101,9 +103,9 @@ void main() {
 #if CUT
     uint all_rows = job.rows;
     float d_theta = job.d_theta, d_phi = job.d_phi;
-    // A leaf that is being cut: its first column and row, parts a texel, parts in all, and the part at hand.
+    // A leaf that is being cut: where it starts, sides of its texels, parts of a texel, of all, and the part at hand.
     bool cutting = false;
-    uvec2 corner = uvec2(0u), parts = uvec2(1u), count = uvec2(0u), part = uvec2(0u);
+    uvec2 corner = uvec2(0u), unit = uvec2(1u), parts = uvec2(1u), count = uvec2(0u), part = uvec2(0u);
 #endif
     uint i = 0u;
     uint step = 0u;
@@ -150,14 +152,17 @@ void main() {
             q_mixed = vec3(q23.y, q45) * (scale * scale);
 #if CUT
             // Is it a leaf that is too large?
-            uvec2 cells = uvec2(w3.w >> 16, w2.w >> 16);
-            uint whole = cells.x * cells.y;
-            if (key > threshold && (extent > threshold || (whole > 1u && whole <= MAX_CUT))) {
+            uvec2 units = uvec2(w3.w >> 16, w2.w >> 16);
+            uint whole = units.x * units.y;
+            if (key > threshold && (extent > threshold || (whole > FINE * FINE && whole <= MAX_CUT * FINE * FINE))) {
                 cutting = true;
                 corner = uvec2(w3.w & 0xffffu, w2.w & 0xffffu);
-                float width = d_phi * lines[corner.y + cells.y / 2u].y;
-                parts = uvec2(max(ceil(vec2(width, d_theta) / (sqrt(2.0) * threshold)), 1.0));
-                count = cells * parts;
+                // A texel of the leaf, or the leaf where it is a part of one, and how it is cut.
+                unit = min(units, uvec2(FINE));
+                float sin_theta = lines[corner.y / FINE + units.y / FINE / 2u].y;
+                vec2 sides = vec2(unit) * vec2(d_phi * sin_theta, d_theta) / float(FINE);
+                parts = uvec2(max(ceil(sides / (sqrt(2.0) * threshold)), 1.0));
+                count = units / unit * parts;
                 part = uvec2(0u);
             }
 #endif
@@ -167,10 +172,12 @@ void main() {
             // One part of a texel: a rectangle in (theta, phi) with the texel's radiance; its moments are closed.
             vec2 inside = (vec2(part) + 0.5) / vec2(parts);
             vec2 cell = floor(inside);
-            uvec2 texel = corner + uvec2(cell);
-            vec2 half_side = 0.5 * vec2(d_phi, d_theta) / vec2(parts);
-            vec2 theta = turned(lines[texel.y], (inside.y - cell.y - 0.5) * d_theta);
-            vec2 phi = turned(lines[all_rows + texel.x], (inside.x - cell.x - 0.5) * d_phi);
+            uvec2 from = corner + uvec2(cell) * unit;
+            uvec2 texel = from / FINE;
+            vec2 off = (vec2(from - texel * FINE) + (inside - cell) * vec2(unit)) / float(FINE) - 0.5;
+            vec2 half_side = (0.5 / float(FINE)) * vec2(d_phi, d_theta) * vec2(unit) / vec2(parts);
+            vec2 theta = turned(lines[texel.y], off.y * d_theta);
+            vec2 phi = turned(lines[all_rows + texel.x], off.x * d_phi);
             float a2 = half_side.y * half_side.y, b2 = half_side.x * half_side.x;
             float across = (1.0 - b2 / 6.0) * (theta.y * (1.0 - 0.5 * a2) + a2 / (3.0 * theta.y));
             c = vec3(across * phi.x, theta.x * (1.0 - 0.5 * a2), across * phi.y);

@@ -41,7 +41,7 @@ use rayon::prelude::*;
 use super::Backend;
 use super::slices::next_slice;
 use crate::env::orientation::{centre, normalized};
-use crate::env::tree::{Moments, Params, Tree};
+use crate::env::tree::{FINE, Moments, Params, Tree};
 use crate::env::{Equirect, area};
 use crate::error::{Error, Result, nearest};
 use crate::gpu::{Gpu, MAX_GROUPS};
@@ -588,23 +588,26 @@ impl Lobe {
     /// Adds a leaf part by part: rectangles in (θ, φ), each with its texel's radiance.
     fn cut(&self, source: &Equirect, tree: &Tree, leaf: usize, threshold: f64, axes: &[[f64; 3]], walked: &mut Walked) {
         let node = &tree.nodes[leaf];
-        let [first_row, rows] = node.rows.map(u32::from);
-        let [first_column, columns] = node.columns.map(u32::from);
-        let (d_theta, d_phi) =
-            (std::f64::consts::PI / f64::from(source.height), std::f64::consts::TAU / f64::from(source.width));
+        let unit_theta = std::f64::consts::PI / f64::from(FINE * source.height);
+        let unit_phi = std::f64::consts::TAU / f64::from(FINE * source.width);
+        let [r0, rows] = node.rows.map(u32::from);
+        let [c0, columns] = node.columns.map(u32::from);
+        // A texel of the leaf, or the leaf where it is a part of one, and how it is cut.
+        let (high, wide) = (rows.min(FINE), columns.min(FINE));
         let side = 2f64.sqrt() * threshold;
-        let middle = (f64::from(first_row + rows / 2) + 0.5) * d_theta;
+        let middle = (f64::from(r0 / FINE + rows / FINE / 2) + 0.5) * f64::from(FINE) * unit_theta;
         let parts = |length: f64| (length / side).ceil().max(1.0) as u32;
-        let (down, across) = (parts(d_theta), parts(d_phi * middle.sin()));
-        let (a, b) = (0.5 * d_theta / f64::from(down), 0.5 * d_phi / f64::from(across));
-        for y in 0..rows * down {
-            let row = first_row + y / down;
-            let theta = (f64::from(first_row) + (f64::from(y) + 0.5) / f64::from(down)) * d_theta;
+        let down = parts(f64::from(high) * unit_theta);
+        let across = parts(f64::from(wide) * unit_phi * middle.sin());
+        let a = 0.5 * f64::from(high) * unit_theta / f64::from(down);
+        let b = 0.5 * f64::from(wide) * unit_phi / f64::from(across);
+        for y in 0..rows / high * down {
+            let row = (r0 + y / down * high) / FINE;
+            let theta = f64::from(r0) * unit_theta + f64::from(2 * y + 1) * a;
             let (sin_theta, cos_theta) = theta.sin_cos();
-            for x in 0..columns * across {
-                let texel = source.row(row)[(first_column + x / across) as usize];
-                let phi =
-                    (f64::from(first_column) + (f64::from(x) + 0.5) / f64::from(across)) * d_phi - std::f64::consts::PI;
+            for x in 0..columns / wide * across {
+                let texel = source.row(row)[((c0 + x / across * wide) / FINE) as usize];
+                let phi = f64::from(c0) * unit_phi + f64::from(2 * x + 1) * b - std::f64::consts::PI;
                 let (sin_phi, cos_phi) = phi.sin_cos();
                 let radius =
                     b.sin() / b * (sin_theta * a.cos() + (a - 0.5 * (2.0 * a).sin()) / (2.0 * sin_theta * a.sin()));

@@ -210,7 +210,19 @@ impl<'a> Grid<'a> {
                 (p, radiance)
             }));
         }
-        let meridians = (0..=width).map(|j| self.phi(j).sin_cos()).collect();
+        let ratio = |along: f64, across: f64| if across.abs() > 1e-12 { along / across } else { f64::NAN };
+        let meridians = (0..=width)
+            .map(|j| {
+                let (sin, cos) = self.phi(j).sin_cos();
+                let [along_x, along_z] = [ratio(sin, cos), ratio(cos, sin)];
+                // Where it is not met, infinity of the sign that g times it is +∞.
+                let met = |side: bool, ratio: f64, infinity: f64| if side { ratio } else { infinity };
+                [
+                    [met(cos < -1e-12, along_x, f64::NEG_INFINITY), met(cos > 1e-12, along_x, f64::INFINITY)],
+                    [met(sin < -1e-12, along_z, f64::NEG_INFINITY), met(sin > 1e-12, along_z, f64::INFINITY)],
+                ]
+            })
+            .collect();
         let field = Polar { grid: self, below, tan_squared, meridians };
 
         // Lines of constant x come first, then those of constant z; each gives its integral over every texel's edge.
@@ -256,8 +268,8 @@ struct Polar<'a> {
     below: Vec<(Rgb, Rgb)>,
     /// tan² θ of the line on the pole's side of each row.
     tan_squared: Vec<f64>,
-    /// Sine and cosine of the azimuth of the line left of each column.
-    meridians: Vec<(f64, f64)>,
+    /// u/g where the meridian left of each column meets the line x = g, and the line z = g: for g < 0, for g > 0.
+    meridians: Vec<[[f64; 2]; 2]>,
 }
 
 impl Polar<'_> {
@@ -280,11 +292,8 @@ impl Polar<'_> {
             row += 1;
         }
         // Where the line meets the meridian at the far side of `column`, and the next row.
-        let meridian = |column: usize| {
-            let (sin, cos) = self.meridians[if forward { column + 1 } else { column }];
-            let (across, along) = if constant_x { (cos, sin) } else { (sin, cos) };
-            if across * g > 1e-12 { g * along / across } else { f64::INFINITY }
-        };
+        let (line, positive) = (usize::from(!constant_x), usize::from(g > 0.0));
+        let meridian = |column: usize| g * self.meridians[column + usize::from(forward)][line][positive];
         let crossing = |row: usize, u: f64| {
             let inner = self.tan_squared[row] - g2;
             let outer = self.tan_squared[row + 1] - g2;

@@ -6,6 +6,7 @@
 //! so rectangles near the poles stay compact although texels are slivers there. Nodes lie in depth-first order and each
 //! one knows how many nodes its subtree has (`skip`): a walk needs no stack, `i += 1` enters a node, `i += skip` passes
 //! it. The leaves' borders are texel borders, so a leaf may be cut further, analytically, as finely as a narrow lobe asks.
+//! Only texels much brighter than the mean are cut into nodes of their own: beside them nothing averages errors out.
 //!
 //! **Moments.** Radiance is split as L = base + R with `base` the lowest value of each channel: the base needs no
 //! integration, R ≥ 0. Over a node, with W = Σ_k R_k/mean_k (each channel counts alike):
@@ -59,13 +60,21 @@ pub struct Node {
     pub extent: f32,
     /// D of red (x, y, z) and green, as 16-bit fractions of e_k × 2 half diagonals.
     d: [i16; 6],
-    /// First row (low half), rows (high half).
+    /// First row (low half), rows (high half), in units of a texel / [`FINE`].
     pub rows: [u16; 2],
     /// Q: xx, yy, zz, xy, xz, yz, as 16-bit fractions of (2 half diagonals)².
     q: [i16; 6],
-    /// First column (low half), columns (high half).
+    /// First column (low half), columns (high half), in units of a texel / [`FINE`].
     pub columns: [u16; 2],
 }
+
+/// Subtrees of at most this many texels are grown side by side.
+const PART: u32 = 1 << 15;
+
+/// A texel's sides are cut into this many units at most.
+pub const FINE: u32 = 4;
+/// A texel this many times brighter (as a factor of its extent) than the mean is cut into nodes.
+const CUT_BRIGHTNESS: f64 = 2.0;
 
 /// Most nodes that a tree may have.
 pub const MAX_NODES: u32 = 1 << 22;
@@ -85,9 +94,9 @@ impl Node {
     /// Is a leaf cut into parts, if what is above `threshold` is too large? A bright leaf is cut down to its texels, but
     /// only if they are few; a leaf that is too large itself is cut as finely as need be.
     pub fn is_cut(&self, threshold: f64) -> bool {
-        let texels = u32::from(self.rows[1]) * u32::from(self.columns[1]);
+        let units = u32::from(self.rows[1]) * u32::from(self.columns[1]);
         self.key().is_some_and(|key| f64::from(key) > threshold)
-            && (f64::from(self.extent) > threshold || (2..=MAX_CUT).contains(&texels))
+            && (f64::from(self.extent) > threshold || (FINE * FINE + 1..=MAX_CUT * FINE * FINE).contains(&units))
     }
 
     fn key_code(key: f64) -> u32 {
@@ -148,6 +157,7 @@ impl Sums {
     }
 }
 
+/// Rows r0..r1 and columns c0..c1 in units of a texel / [`FINE`]: whole texels, or a part of one.
 #[derive(Clone, Copy)]
 struct Rect {
     r0: u32,
@@ -183,6 +193,8 @@ struct Builder<'a> {
     inverse_mean: [f64; 3],
     rows: Vec<RowTerms>,
     columns: Vec<ColumnTerms>,
+    /// Sine and cosine of θ at the upper edge of every unit of rows, and at the last one's lower edge.
+    edges: Vec<(f64, f64)>,
     d_theta: f64,
     d_phi: f64,
 }
@@ -203,21 +215,37 @@ impl Tree {
                 .map(|t| t.iter().copied().fold([f32::MAX; 3], least))
                 .reduce(|| [f32::MAX; 3], least)
         });
-        let mean = source.mean();
-        let mean: [f64; 3] = std::array::from_fn(|k| (mean[k] - f64::from(base[k])).max(0.0));
-        let mean = mean.map(|m| if m > 1e-12 { m } else { 0.0 });
+        let whole = source.mean();
+        // What is left of a constant channel is rounding.
+        let mean: [f64; 3] = std::array::from_fn(|k| {
+            let mean = whole[k] - f64::from(base[k]);
+            if mean > 1e-12 * whole[k] { mean } else { 0.0 }
+        });
+        let (d_theta, d_phi) = (PI / f64::from(height), TAU / f64::from(width));
         let builder = Builder {
             source,
             params: *params,
             base,
             inverse_mean: mean.map(inverse),
-            rows: (0..height).map(|i| row_terms(i, height)).collect(),
-            columns: (0..width).map(|j| column_terms(j, width)).collect(),
-            d_theta: PI / f64::from(height),
-            d_phi: TAU / f64::from(width),
+            rows: (0..height).map(|i| row_terms(d_theta * (f64::from(i) + 0.5), 0.5 * d_theta)).collect(),
+            columns: (0..width).map(|j| column_terms(d_phi * (f64::from(j) + 0.5) - PI, 0.5 * d_phi)).collect(),
+            edges: (0..=FINE * height).map(|i| (f64::from(i) * d_theta / f64::from(FINE)).sin_cos()).collect(),
+            d_theta,
+            d_phi,
         };
-        let mut nodes = Vec::new();
-        builder.grow(Rect { r0: 0, r1: height, c0: 0, c1: width }, &mut nodes);
+        let all = Rect { r0: 0, r1: FINE * height, c0: 0, c1: FINE * width };
+        let mut parts = Vec::new();
+        builder.split_up(all, &mut parts);
+        let grown: Vec<(Sums, Vec<Node>)> = parts
+            .par_iter()
+            .map(|part| {
+                let mut nodes = Vec::new();
+                (builder.grow(*part, &mut nodes), nodes)
+            })
+            .collect();
+        let count = grown.iter().map(|(_, nodes)| nodes.len()).sum::<usize>() + parts.len();
+        let mut nodes = Vec::with_capacity(count);
+        builder.assemble(all, &mut grown.into_iter(), &mut nodes);
         Self { nodes, base, mean }
     }
 
@@ -245,14 +273,13 @@ impl Tree {
     }
 }
 
-fn row_terms(i: u32, height: u32) -> RowTerms {
-    // Products of the middle's and the half width's sines and cosines: nothing cancels in narrow rows.
-    let a = 0.5 * PI / f64::from(height);
-    let (sin, cos) = ((2.0 * f64::from(i) + 1.0) * a).sin_cos();
+/// For a row from θ − a to θ + a. Products of the middle's and the half width's sines and cosines: nothing cancels in
+/// narrow rows.
+fn row_terms(theta: f64, a: f64) -> RowTerms {
+    let (sin, cos) = theta.sin_cos();
     let (sin_a, sin_2a) = (a.sin(), (2.0 * a).sin());
-    // ∫ cos³ and ∫ sin³ come from sin 3θ and cos 3θ.
-    let theta = (2.0 * f64::from(i) + 1.0) * a;
     let one = 2.0 * sin * sin_a;
+    // ∫ cos³ and ∫ sin³ come from sin 3θ and cos 3θ.
     let third = 2.0 * (3.0 * theta).sin() * (3.0 * a).sin() / 3.0;
     let third_c = 2.0 * (3.0 * theta).cos() * (3.0 * a).sin() / 3.0;
     let ss = (3.0 * one - third) / 4.0;
@@ -262,9 +289,8 @@ fn row_terms(i: u32, height: u32) -> RowTerms {
     RowTerms { one, s, c, ss, sc, cc: one - ss }
 }
 
-fn column_terms(j: u32, width: u32) -> ColumnTerms {
-    let b = PI / f64::from(width);
-    let phi = (2.0 * f64::from(j) + 1.0) * b - PI;
+/// For a column from φ − b to φ + b.
+fn column_terms(phi: f64, b: f64) -> ColumnTerms {
     let (sin, cos) = phi.sin_cos();
     let sin_2b = (2.0 * b).sin();
     ColumnTerms {
@@ -276,11 +302,20 @@ fn column_terms(j: u32, width: u32) -> ColumnTerms {
 }
 
 impl Builder<'_> {
+    /// Extent in φ.
+    fn turn(&self, r: Rect) -> f64 {
+        f64::from(r.c1 - r.c0) * self.d_phi / f64::from(FINE)
+    }
+
     /// Height and greatest width of a rectangle on the sphere, in radians.
     fn sides(&self, r: Rect) -> (f64, f64) {
-        let (t0, t1) = (f64::from(r.r0) * self.d_theta, f64::from(r.r1) * self.d_theta);
-        let widest = if t0 <= PI / 2.0 && t1 >= PI / 2.0 { 1.0 } else { t0.sin().max(t1.sin()) };
-        (t1 - t0, f64::from(r.c1 - r.c0) * self.d_phi * widest)
+        let equator = FINE * self.source.height / 2;
+        let widest = if r.r0 <= equator && r.r1 >= equator {
+            1.0
+        } else {
+            self.edges[r.r0 as usize].0.max(self.edges[r.r1 as usize].0)
+        };
+        (f64::from(r.r1 - r.r0) * self.d_theta / f64::from(FINE), self.turn(r) * widest)
     }
 
     fn half_diagonal(&self, r: Rect) -> f64 {
@@ -293,10 +328,13 @@ impl Builder<'_> {
         const LONG: f64 = 1.4;
         let (height, width) = self.sides(r);
         let (rows, columns) = (r.r1 - r.r0, r.c1 - r.c0);
-        let by_rows = rows > 1 && (columns == 1 || height * LONG > width);
-        let by_columns = columns > 1 && (rows == 1 || width * LONG > height);
-        let row = if by_rows { r.r0 + rows / 2 } else { r.r1 };
-        let column = if by_columns { r.c0 + columns / 2 } else { r.c1 };
+        // Between texels while there are several, then through the one.
+        let least = if rows > FINE || columns > FINE { FINE } else { 1 };
+        let by_rows = rows > least && (columns <= least || height * LONG > width);
+        let by_columns = columns > least && (rows <= least || width * LONG > height);
+        let half = |count: u32| count / least / 2 * least;
+        let row = if by_rows { r.r0 + half(rows) } else { r.r1 };
+        let column = if by_columns { r.c0 + half(columns) } else { r.c1 };
         [
             Rect { r0: r.r0, r1: row, c0: r.c0, c1: column },
             Rect { r0: r.r0, r1: row, c0: column, c1: r.c1 },
@@ -307,42 +345,60 @@ impl Builder<'_> {
         .filter(|part| part.r0 < part.r1 && part.c0 < part.c1)
     }
 
+    /// Whole texels of a rectangle; 0 for a part of one.
+    fn texel_count(r: Rect) -> u32 {
+        (r.r1 - r.r0) / FINE * ((r.c1 - r.c0) / FINE)
+    }
+
+    /// The subtrees that are grown side by side, in order.
+    fn split_up(&self, r: Rect, parts: &mut Vec<Rect>) {
+        if Self::texel_count(r) > PART {
+            self.cut(r).for_each(|part| self.split_up(part, parts));
+        } else {
+            parts.push(r);
+        }
+    }
+
+    /// Puts the subtrees that were grown side by side under their common ancestors.
+    fn assemble(&self, r: Rect, grown: &mut impl Iterator<Item = (Sums, Vec<Node>)>, nodes: &mut Vec<Node>) -> Sums {
+        if Self::texel_count(r) <= PART {
+            let (sums, more) = grown.next().expect("split_up made as many parts");
+            nodes.extend_from_slice(&more);
+            return sums;
+        }
+        let at = nodes.len();
+        nodes.push(Node::zeroed());
+        let mut sums = Sums::default();
+        for part in self.cut(r) {
+            sums.add(&self.assemble(part, grown, nodes));
+        }
+        nodes[at] = self.node(r, &sums, (nodes.len() - at) as u32);
+        sums
+    }
+
     /// Appends the subtree of a rectangle.
     fn grow(&self, r: Rect, nodes: &mut Vec<Node>) -> Sums {
         let at = nodes.len();
         nodes.push(Node::zeroed());
 
         // A leaf? Its brightness is known once it has been summed.
-        let texels = (r.r1 - r.r0) * (r.c1 - r.c0);
+        let texels = Self::texel_count(r);
         let extent = self.half_diagonal(r);
-        let few = texels <= MAX_CUT;
-        if extent <= if few { self.params.leaf_extent_rad } else { self.params.least_extent_rad } || texels == 1 {
-            let sums = self.texels(r);
-            let key = extent * self.brightness(r, &sums);
-            if key <= self.params.leaf_extent_rad || !few || texels == 1 {
+        let (few, one) = (texels <= MAX_CUT, texels <= 1);
+        if one || extent <= if few { self.params.leaf_extent_rad } else { self.params.least_extent_rad } {
+            let sums = self.sums(r);
+            let brightness = self.brightness(r, &sums);
+            let small = extent * brightness <= self.params.leaf_extent_rad;
+            let whole = one && brightness < CUT_BRIGHTNESS || r.r1 - r.r0 == 1 && r.c1 - r.c0 == 1;
+            if small || !few || whole {
                 nodes[at] = self.node(r, &sums, 1);
                 return sums;
             }
         }
 
         let mut sums = Sums::default();
-        if texels > 1 << 15 {
-            let parts: Vec<Rect> = self.cut(r).collect();
-            let grown: Vec<(Sums, Vec<Node>)> = parts
-                .par_iter()
-                .map(|part| {
-                    let mut nodes = Vec::new();
-                    (self.grow(*part, &mut nodes), nodes)
-                })
-                .collect();
-            for (part, more) in grown {
-                sums.add(&part);
-                nodes.extend_from_slice(&more);
-            }
-        } else {
-            for part in self.cut(r) {
-                sums.add(&self.grow(part, nodes));
-            }
+        for part in self.cut(r) {
+            sums.add(&self.grow(part, nodes));
         }
         nodes[at] = self.node(r, &sums, (nodes.len() - at) as u32);
         sums
@@ -355,53 +411,68 @@ impl Builder<'_> {
 
     /// The factor by which a rectangle counts as larger.
     fn brightness(&self, r: Rect, sums: &Sums) -> f64 {
-        let (t0, t1) = (f64::from(r.r0) * self.d_theta, f64::from(r.r1) * self.d_theta);
-        // cos t0 − cos t1 as a product: nothing cancels.
-        let solid_angle = 2.0 * (0.5 * (t0 + t1)).sin() * (0.5 * (t1 - t0)).sin() * f64::from(r.c1 - r.c0) * self.d_phi;
+        let solid_angle = (self.edges[r.r0 as usize].1 - self.edges[r.r1 as usize].1) * self.turn(r);
         (self.weight(sums) / (3.0 * solid_angle)).sqrt().clamp(1.0, self.params.brightness_limit)
     }
 
-    fn texels(&self, r: Rect) -> Sums {
+    /// Sums over whole texels or over a part of one.
+    fn sums(&self, r: Rect) -> Sums {
+        let (y0, x0) = (r.r0 / FINE, r.c0 / FINE);
         let mut sums = Sums::default();
-        for y in r.r0..r.r1 {
-            let row = &self.source.row(y)[r.c0 as usize..r.c1 as usize];
-            let columns = &self.columns[r.c0 as usize..r.c1 as usize];
-            let (mut one, mut c, mut s) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-            let (mut w_one, mut w_cc, mut w_sc) = (0.0, 0.0, 0.0);
-            for (texel, column) in row.iter().zip(columns) {
-                let mut w = 0.0;
-                for k in 0..3 {
-                    let radiance = f64::from(texel[k] - self.base[k]);
-                    one[k] += radiance;
-                    c[k] += radiance * column.c;
-                    s[k] += radiance * column.s;
-                    w += radiance * self.inverse_mean[k];
-                }
-                w_one += w;
-                w_cc += w * column.cc;
-                w_sc += w * column.sc;
-            }
-            let row = &self.rows[y as usize];
-            for k in 0..3 {
-                let plain = one[k] * self.d_phi;
-                sums.e[k] += row.one * plain;
-                sums.first[k][0] += row.s * c[k];
-                sums.first[k][1] += row.c * plain;
-                sums.first[k][2] += row.s * s[k];
-            }
-            let w_c: f64 = (0..3).map(|k| c[k] * self.inverse_mean[k]).sum();
-            let w_s: f64 = (0..3).map(|k| s[k] * self.inverse_mean[k]).sum();
-            let w_plain = w_one * self.d_phi;
-            let second =
-                [row.ss * w_cc, row.cc * w_plain, row.ss * (w_plain - w_cc), row.sc * w_c, row.ss * w_sc, row.sc * w_s];
-            (0..6).for_each(|i| sums.second[i] += second[i]);
+        if Self::texel_count(r) == 0 {
+            let half = 0.5 / f64::from(FINE);
+            let (theta, phi) =
+                (f64::from(r.r0 + r.r1) * half * self.d_theta, f64::from(r.c0 + r.c1) * half * self.d_phi);
+            let row = row_terms(theta, f64::from(r.r1 - r.r0) * half * self.d_theta);
+            let column = column_terms(phi - PI, 0.5 * self.turn(r));
+            self.add_row(&mut sums, &row, &[column], &[self.source.row(y0)[x0 as usize]], self.turn(r));
+            return sums;
+        }
+        let (y1, x1) = (r.r1 / FINE, r.c1 / FINE);
+        for y in y0..y1 {
+            let texels = &self.source.row(y)[x0 as usize..x1 as usize];
+            let columns = &self.columns[x0 as usize..x1 as usize];
+            self.add_row(&mut sums, &self.rows[y as usize], columns, texels, self.d_phi);
         }
         sums
     }
 
+    /// Adds texels of one row whose columns are `turn` wide.
+    fn add_row(&self, sums: &mut Sums, row: &RowTerms, columns: &[ColumnTerms], texels: &[[f32; 3]], turn: f64) {
+        let (mut one, mut c, mut s) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        let (mut w_one, mut w_cc, mut w_sc) = (0.0, 0.0, 0.0);
+        for (texel, column) in texels.iter().zip(columns) {
+            let mut w = 0.0;
+            for k in 0..3 {
+                let radiance = f64::from(texel[k] - self.base[k]);
+                one[k] += radiance;
+                c[k] += radiance * column.c;
+                s[k] += radiance * column.s;
+                w += radiance * self.inverse_mean[k];
+            }
+            w_one += w;
+            w_cc += w * column.cc;
+            w_sc += w * column.sc;
+        }
+        for k in 0..3 {
+            let plain = one[k] * turn;
+            sums.e[k] += row.one * plain;
+            sums.first[k][0] += row.s * c[k];
+            sums.first[k][1] += row.c * plain;
+            sums.first[k][2] += row.s * s[k];
+        }
+        let w_c: f64 = (0..3).map(|k| c[k] * self.inverse_mean[k]).sum();
+        let w_s: f64 = (0..3).map(|k| s[k] * self.inverse_mean[k]).sum();
+        let w_plain = w_one * turn;
+        let second =
+            [row.ss * w_cc, row.cc * w_plain, row.ss * (w_plain - w_cc), row.sc * w_c, row.ss * w_sc, row.sc * w_s];
+        (0..6).for_each(|i| sums.second[i] += second[i]);
+    }
+
     fn node(&self, r: Rect, sums: &Sums, skip: u32) -> Node {
-        let rows = [r.r0 as u16, (r.r1 - r.r0) as u16];
-        let columns = [r.c0 as u16, (r.c1 - r.c0) as u16];
+        // The root's columns may be 65,536; only leaves' are read.
+        let side = |from: u32, to: u32| [from as u16, (to - from).min(u32::from(u16::MAX)) as u16];
+        let (rows, columns) = (side(r.r0, r.r1), side(r.c0, r.c1));
         let extent = self.half_diagonal(r) as f32;
         assert!(skip < MAX_NODES, "the tree's parameters bound its size");
         let weight = self.weight(sums);
@@ -411,7 +482,8 @@ impl Builder<'_> {
         let m: [f64; 3] = std::array::from_fn(|x| (0..3).map(|k| sums.first[k][x] * self.inverse_mean[k]).sum());
         let c = m.map(|v| v / weight);
         let scale = 2.0 * f64::from(extent);
-        let fraction = |v: f64| (v * 32767.0).round().clamp(-32767.0, 32767.0) as i16;
+        // To nearest; a cast cuts towards 0.
+        let fraction = |v: f64| (v * 32767.0 + 0.5f64.copysign(v)).clamp(-32767.0, 32767.0) as i16;
         let pair = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
         let q = std::array::from_fn(|i| {
             fraction((sums.second[i] / weight - c[pair[i].0] * c[pair[i].1]) / (scale * scale))

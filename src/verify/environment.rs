@@ -65,7 +65,7 @@ pub fn check(
         let texels = chosen(job.level_size(mip), mip, brightest, extent);
         let norm = (job.kernel.norm)(alpha);
         let axes: Vec<_> = texels.iter().map(|[face, x, y]| job.axis(mip, *face, *x, *y)).collect();
-        let exact = truth.integrals(&axes, 2.0 * alpha, |h| (job.kernel.value)(h, alpha));
+        let exact = truth.integrals(&axes, 2.0 * alpha, |h| (job.kernel.values)(h, alpha));
         let (mut squares, mut max) = (0.0, 0.0f64);
         for ([face, x, y], exact) in texels.iter().zip(&exact) {
             for (k, exact) in exact.iter().enumerate() {
@@ -150,49 +150,92 @@ impl<'a> Truth<'a> {
     }
 
     /// ∫ kernel(h) L dω around `n`, a unit vector, with h = (1 − n·ω)/2; directions with n·ω ≤ 0 count nothing.
-    /// `width_rad` is the scale on which the kernel varies at its peak.
-    pub fn integral(&self, n: [f64; 3], width_rad: f64, kernel: impl Fn(f64) -> f64 + Sync) -> [f64; 3] {
-        let (width, side) = (self.source.width as usize, self.d_theta.max(self.d_phi));
-        let of_mu = |mu: f64| if mu > 0.0 { kernel(0.5 * (1.0 - mu)) } else { 0.0 };
-        let fine = NEAR * side;
-        let fine2 = if width_rad > 4.0 * side { 0.0 } else { fine * fine };
-        let far2 = (FAR * side).powi(2);
-        // Cosine between the lobe's axis and a direction: n_y cos θ + sin θ (n_x cos φ + n_z sin φ).
+    /// `kernel` replaces every h by the kernel's value; `width_rad` is the scale on which that varies at its peak.
+    pub fn integral(&self, n: [f64; 3], width_rad: f64, kernel: impl Fn(&mut [f64])) -> [f64; 3] {
+        let (width, side) = (i64::from(self.source.width), self.d_theta.max(self.d_phi));
+        // n·ω on each row is A + B cos(φ − φ_n): what is nearer than a distance lies between two columns.
         let along = |table: &[[f64; 2]]| table.iter().map(|[c, s]| n[0] * c + n[2] * s).collect::<Vec<f64>>();
         let (centres, gauss) = (along(&self.centres), [along(&self.columns[0]), along(&self.columns[1])]);
-        let row_sum = |y: u32| {
-            let row = self.source.row(y);
+        let middle = (n[2].atan2(n[0]) + PI) / self.d_phi - 0.5;
+        let within = |distance: f64| 1.0 - 0.5 * distance * distance;
+        // From the outside in: what is not wholly below the horizon, what is wholly above it, near, very near.
+        let edge = 1.1 * side;
+        let nearest = if width_rad > 4.0 * side { 2.0 } else { within(NEAR * side) };
+        let bounds = [-edge, edge, within(FAR * side), nearest];
+
+        let mut total = [0.0; 3];
+        let mut h = Vec::with_capacity(self.source.width as usize);
+        for y in 0..self.source.height {
             let theta = (f64::from(y) + 0.5) * self.d_theta;
             let (sin, cos) = theta.sin_cos();
-            let points = [-GAUSS, GAUSS].map(|o| (theta + o * self.d_theta).sin_cos());
-            let mut sum = [0.0; 3];
-            for x in 0..width {
-                let mu = n[1] * cos + sin * centres[x];
-                if mu < -1.5 * side {
-                    continue;
-                }
-                let distance2 = 2.0 - 2.0 * mu;
-                // The mean of kernel · sin θ over the texel.
-                let mean = if distance2 < fine2 || mu.abs() < 1.5 * side {
-                    self.by_parts(n, y, x, distance2.max(0.0).sqrt(), width_rad, &of_mu)
-                } else if distance2 < far2 {
-                    let at = |g: usize, (sin, cos): (f64, f64)| sin * of_mu(n[1] * cos + sin * gauss[g][x]);
-                    0.25 * (at(0, points[0]) + at(1, points[0]) + at(0, points[1]) + at(1, points[1]))
+            let (a, b) = (n[1] * cos, sin * n[0].hypot(n[2]));
+            // Half-open ranges of columns, each inside the one before; they may run over the picture's ends.
+            let mut ranges = [[0i64; 2]; 4];
+            let mut outer = [i64::MIN, i64::MAX];
+            for (range, mu) in ranges.iter_mut().zip(bounds) {
+                let reach = if a - b >= mu {
+                    0.5 * width as f64
+                } else if a + b > mu {
+                    ((mu - a) / b).acos() / self.d_phi
                 } else {
-                    sin * of_mu(mu)
+                    -1.0
                 };
-                (0..3).for_each(|k| sum[k] += mean * f64::from(row[x][k]));
+                let low = ((middle - reach).ceil() as i64).max(outer[0]);
+                let high = ((middle + reach).floor() as i64 + 1).min(outer[1]).min(low + width);
+                let empty = (middle.ceil() as i64).clamp(outer[0], outer[1]);
+                *range = if low < high { [low, high] } else { [empty, empty] };
+                outer = *range;
             }
-            sum
-        };
-        let mut total = [0.0; 3];
-        for y in 0..self.source.height {
-            let sum = row_sum(y);
-            (0..3).for_each(|k| total[k] += sum[k] * self.d_theta * self.d_phi);
+
+            let points = [-GAUSS, GAUSS].map(|o| (theta + o * self.d_theta).sin_cos());
+            let row = self.source.row(y);
+            let mut sum = [0.0; 3];
+            // The part of a range that lies in the picture, piece by piece.
+            let pieces = |from: i64, to: i64, piece: &mut dyn FnMut(usize, usize)| {
+                let mut from = from;
+                while from < to {
+                    let x = from.rem_euclid(width);
+                    let count = (to - from).min(width - x);
+                    piece(x as usize, (x + count) as usize);
+                    from += count;
+                }
+            };
+            let mut add = |at: &[f64], (sin, cos): (f64, f64), share: f64, texels: &[[f32; 3]]| {
+                h.clear();
+                let (shift, slope) = (0.5 - 0.5 * n[1] * cos, -0.5 * sin);
+                h.extend(at.iter().map(|along| shift + slope * along));
+                kernel(&mut h);
+                let mut part = [0.0; 3];
+                for (k, texel) in h.iter().zip(texels) {
+                    (0..3).for_each(|c| part[c] += k * f64::from(texel[c]));
+                }
+                (0..3).for_each(|c| sum[c] += share * sin * part[c]);
+            };
+            let [all, lit, near, nearest] = ranges;
+            for [from, to] in [[lit[0], near[0]], [near[1], lit[1]]] {
+                pieces(from, to, &mut |x0, x1| add(&centres[x0..x1], (sin, cos), 1.0, &row[x0..x1]));
+            }
+            for [from, to] in [[near[0], nearest[0]], [nearest[1], near[1]]] {
+                for (columns, point) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    let at = &gauss[columns];
+                    pieces(from, to, &mut |x0, x1| add(&at[x0..x1], points[point], 0.25, &row[x0..x1]));
+                }
+            }
+            for [from, to] in [[all[0], lit[0]], nearest, [lit[1], all[1]]] {
+                pieces(from, to, &mut |x0, x1| {
+                    for x in x0..x1 {
+                        let distance = (2.0 - 2.0 * (n[1] * cos + sin * centres[x])).max(0.0).sqrt();
+                        let mean = self.by_parts(n, y, x, distance, width_rad, &kernel);
+                        (0..3).for_each(|c| sum[c] += mean * f64::from(row[x][c]));
+                    }
+                });
+            }
+            (0..3).for_each(|c| total[c] += sum[c] * self.d_theta * self.d_phi);
         }
         total
     }
 
+    /// The mean of kernel · sin θ over a texel.
     fn by_parts(
         &self,
         n: [f64; 3],
@@ -200,26 +243,34 @@ impl<'a> Truth<'a> {
         x: usize,
         distance: f64,
         width_rad: f64,
-        of_mu: &impl Fn(f64) -> f64,
+        kernel: &impl Fn(&mut [f64]),
     ) -> f64 {
         let side = self.d_theta.max(self.d_phi);
         let size = ((distance - side) / NEAR).max(0.25 * width_rad);
         let theta = (f64::from(y) + 0.5) * self.d_theta;
         let parts = |side: f64| ((side / size).ceil() as usize).clamp(4, 256);
         let (rows, columns) = (parts(self.d_theta), parts(self.d_phi * (theta.sin() + 0.5 * self.d_theta).min(1.0)));
-        let offsets = |parts: usize| {
-            (0..2 * parts).map(move |i| ((i / 2) as f64 + 0.5 + if i % 2 == 0 { -GAUSS } else { GAUSS }) / parts as f64)
+        let offset = |i: usize, parts: usize| {
+            ((i / 2) as f64 + 0.5 + if i.is_multiple_of(2) { -GAUSS } else { GAUSS }) / parts as f64
         };
-        let along: Vec<f64> = offsets(columns)
-            .map(|o| {
-                let (sin, cos) = ((x as f64 + o) * self.d_phi - PI).sin_cos();
-                n[0] * cos + n[2] * sin
+        // From the texel's middle, by the angle-sum formula.
+        let [cos_x, sin_x] = self.centres[x];
+        let (here, turned) = (n[0] * cos_x + n[2] * sin_x, n[2] * cos_x - n[0] * sin_x);
+        let along: Vec<f64> = (0..2 * columns)
+            .map(|i| {
+                let (sin, cos) = ((offset(i, columns) - 0.5) * self.d_phi).sin_cos();
+                here * cos + turned * sin
             })
             .collect();
         let mut sum = 0.0;
-        for o in offsets(rows) {
-            let (sin, cos) = ((f64::from(y) + o) * self.d_theta).sin_cos();
-            sum += sin * along.iter().map(|a| of_mu(n[1] * cos + sin * a)).sum::<f64>();
+        let mut h = Vec::with_capacity(along.len());
+        for i in 0..2 * rows {
+            let (sin, cos) = ((f64::from(y) + offset(i, rows)) * self.d_theta).sin_cos();
+            h.clear();
+            h.extend(along.iter().map(|a| 0.5 - 0.5 * (n[1] * cos + sin * a)));
+            let lit: Vec<bool> = h.iter().map(|h| *h < 0.5).collect();
+            kernel(&mut h);
+            sum += sin * h.iter().zip(lit).map(|(k, lit)| if lit { *k } else { 0.0 }).sum::<f64>();
         }
         sum / (4 * rows * columns) as f64
     }
@@ -229,7 +280,7 @@ impl<'a> Truth<'a> {
         &self,
         directions: &[[f64; 3]],
         width_rad: f64,
-        kernel: impl Fn(f64) -> f64 + Sync,
+        kernel: impl Fn(&mut [f64]) + Sync,
     ) -> Vec<[f64; 3]> {
         directions.par_iter().map(|n| self.integral(*n, width_rad, &kernel)).collect()
     }

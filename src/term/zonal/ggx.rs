@@ -14,12 +14,20 @@ pub static GGX: Zonal = Zonal {
     about: "GGX (Trowbridge-Reitz) lobe, as in the split-sum approximation",
     source: "Karis 2013, Real Shading in Unreal Engine 4; Walter et al. 2007, Eq. 33",
     value,
+    values,
     over_node,
     norm,
 };
 
+#[inline]
 fn value(h: f64, alpha: f64) -> f64 {
-    over_node(h, 1.0 - 2.0 * h, 1.0, 0.0, alpha)[0]
+    let a2 = alpha * alpha;
+    let r = 1.0 / (a2 + (1.0 - a2) * h);
+    r * r * (1.0 - 2.0 * h)
+}
+
+fn values(h: &mut [f64], alpha: f64) {
+    h.iter_mut().for_each(|h| *h = value(*h, alpha));
 }
 
 /// Mean over a node and slope: g = r², g′ = −2 b r³, g″ = 6 b² r⁴ in the formulas of [`super`].

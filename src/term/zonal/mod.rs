@@ -33,6 +33,8 @@ pub struct Zonal {
     pub source: &'static str,
     /// K(h) for h in [0, ½], width alpha.
     pub value: fn(h: f64, alpha: f64) -> f64,
+    /// The same for many h at once, in place.
+    pub values: fn(h: &mut [f64], alpha: f64),
     /// `[mean, slope]` over a node from (h̄, μ̄, f, v, alpha).
     pub over_node: fn(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2],
     /// ∫ K dω = 4π ∫ K dh over [0, ½], which a filtered environment is divided by.
@@ -116,6 +118,15 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn many_values_are_the_single_ones() {
+        for zonal in ZONALS {
+            let mut h = [0.0, 0.001, 0.2, 0.5];
+            (zonal.values)(&mut h, 0.3);
+            assert_eq!(h, [0.0, 0.001, 0.2, 0.5].map(|h| (zonal.value)(h, 0.3)), "{}", zonal.name);
         }
     }
 
