@@ -1,8 +1,9 @@
 //! Compiles every `shaders/**/*.comp` to SPIR-V and writes the tables of constants that shaders and Rust share.
 //!
-//! `#include "x.glsl"` reads `shaders/x.glsl`. `#include <ndf>`, `#include <visibility>` and `#include <zonal>` stand for one file of
-//! `shaders/ndf`, `shaders/term/visibility` or `shaders/term/zonal`: a shader that uses one is compiled once per file there and is called
-//! `path/name+file`. `#include <cone_nodes>` reads the node table that this script generates.
+//! `#include "x.glsl"` reads `shaders/x.glsl`. `#include <ndf>`, `#include <visibility>` and `#include <zonal>` stand for
+//! one file of `shaders/ndf`, `shaders/term/visibility` or `shaders/term/zonal`: a shader that uses one is compiled once
+//! per file there and is called `path/name+file`. `#include <cone_nodes>` and `#include <azimuth_nodes>` read the node
+//! tables that this script generates.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,6 +14,9 @@ use std::path::{Path, PathBuf};
 mod quadrature {
     pub mod gauss_legendre;
 }
+#[path = "src/rule/azimuth_nodes.rs"]
+#[allow(dead_code)]
+mod azimuth_nodes;
 #[path = "src/rule/cone_nodes.rs"]
 #[allow(dead_code, reason = "the library uses the rest")]
 mod cone_nodes;
@@ -23,10 +27,10 @@ const SLOTS: [(&str, &str); 3] = [("ndf", "ndf"), ("visibility", "term/visibilit
 fn main() {
     let root = PathBuf::from("shaders");
     println!("cargo::rerun-if-changed=shaders");
-    for shared in ["src/quadrature/gauss_legendre.rs", "src/rule/cone_nodes.rs"] {
+    for shared in ["src/quadrature/gauss_legendre.rs", "src/rule/azimuth_nodes.rs", "src/rule/cone_nodes.rs"] {
         println!("cargo::rerun-if-changed={shared}");
     }
-    let generated = BTreeMap::from([("cone_nodes", cone_nodes_glsl())]);
+    let generated = BTreeMap::from([("cone_nodes", cone_nodes_glsl()), ("azimuth_nodes", azimuth_nodes_glsl())]);
     let compiler = shaderc::Compiler::new().expect("shaderc starts");
     let mut sources = vec![];
     collect(&root, "comp", &mut sources);
@@ -132,5 +136,19 @@ fn cone_nodes_glsl() -> String {
             .expect("writing to a string");
     }
     glsl.push('\n');
+    glsl
+}
+
+/// The h-split rule's azimuth nodes, one macro a size.
+fn azimuth_nodes_glsl() -> String {
+    let mut glsl = String::new();
+    let variants = azimuth_nodes::SIZES.into_iter().flat_map(|size| [(size, "", false), (size, "_FAR", true)]);
+    for (size, suffix, far) in variants {
+        write!(glsl, "#define NODES_{size}{suffix}(NODE)").expect("writing to a string");
+        for node in azimuth_nodes::azimuth_nodes(size, far) {
+            write!(glsl, " \\\n    NODE({:e}, {:e})", node.x as f32, node.weight as f32).expect("writing to a string");
+        }
+        glsl.push('\n');
+    }
     glsl
 }

@@ -9,22 +9,27 @@
 #include <visibility>
 
 layout(local_size_x = 64) in;
-layout(std430, set = 0, binding = 0) readonly buffer Input { vec4 inputs[]; };
+layout(std430, set = 0, binding = 0) readonly buffer Input { float inputs[][8]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Output { float outputs[]; };
 layout(push_constant) uniform Push { uint function; uint count; uint echo; } push;
 
-float evaluate(vec4 x) {
+float evaluate(float x[8]) {
     switch (push.function) {
-    case 0u: return d(x.x, x.y, x.z);
-    case 1u: return stretch(x.x, x.y);
-    case 2u: return sigma(x.x, x.y);
-    case 3u: return schlick_weight(x.x);
-    case 4u: return sin_quarter(x.x);
-    case 5u: return atan_unit(x.x);
-    case 6u: return g_over_n_dot_v(x.x, x.y, x.z, x.w);
-    case 7u: return direction(uint(x.x), x.y, x.z)[int(x.w)];
-    case 8u: return over_node(x.x, 1.0 - 2.0 * x.x, x.y, x.z, x.w).x;
-    case 9u: return over_node(x.x, 1.0 - 2.0 * x.x, x.y, x.z, x.w).y;
+    case 0u: return d(x[0], x[1], x[2]);
+    case 1u: return stretch(x[0], x[1]);
+    case 2u: return sigma(x[0], x[1]);
+    case 3u: return schlick_weight(x[0]);
+    case 4u: return sin_quarter(x[0]);
+    case 5u: return atan_unit(x[0]);
+    case 6u: return half_acos(x[0]);
+    case 7u: return direction(uint(x[0]), x[1], x[2])[int(x[3])];
+    case 8u: return over_node(x[0], 1.0 - 2.0 * x[0], x[1], x[2], x[3]).x;
+    case 9u: return over_node(x[0], 1.0 - 2.0 * x[0], x[1], x[2], x[3]).y;
+    case 10u: return g_over_n_dot_v(Directions(x[0], x[1], x[2], x[3], x[4], x[5], x[6]));
+#if KINKS > 0
+    case 11u: return kinks(x[0], x[1], x[2], x[3]).x;
+    case 12u: return kinks(x[0], x[1], x[2], x[3]).y;
+#endif
     // The push block as the device sees it.
     default: return float(push.function) + float(push.count) + float(push.echo);
     }

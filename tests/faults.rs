@@ -4,8 +4,11 @@ use brdf_baker::axis::Points;
 use brdf_baker::bake::{Backend, TableJob, TableRequest};
 use brdf_baker::format::Encoding;
 use brdf_baker::progress::ignore;
+use brdf_baker::term::visibility::VISIBILITIES;
 use brdf_baker::texture::Texture;
 use brdf_baker::verify::table::{Extent, check};
+
+mod common;
 
 fn job(name: &str) -> TableJob {
     let size = if name == "average-albedo" { (64, 1) } else { (32, 32) };
@@ -98,6 +101,37 @@ fn other_geometry_term_is_seen() {
     let stated = job("albedo");
     let other = TableRequest { visibility: "smith-uncorrelated".into(), size: (32, 32), ..TableRequest::new("albedo") };
     assert!(!failures(&stated, &baked(&other.resolve().unwrap())).is_empty());
+}
+
+/// A table of each model passes as itself and fails as the next one.
+fn told_apart(models: &[(&str, &str)]) {
+    let of = |(ndf, visibility): (&str, &str)| {
+        let request = TableRequest {
+            ndf: ndf.into(),
+            visibility: visibility.into(),
+            size: (24, 24),
+            ..TableRequest::new("split-sum")
+        };
+        request.resolve().unwrap()
+    };
+    for (i, model) in models.iter().enumerate() {
+        let next = models[(i + 1) % models.len()];
+        let texture = baked(&of(*model));
+        assert_eq!(failures(&of(*model), &texture), Vec::<String>::new(), "{model:?}");
+        assert!(!failures(&of(next), &texture).is_empty(), "{model:?} passes for {next:?}");
+    }
+}
+
+#[test]
+fn every_geometry_term_is_told_from_the_next() {
+    let models: Vec<_> = VISIBILITIES.iter().map(|v| ("beckmann", v.name)).collect();
+    told_apart(&models);
+}
+
+#[test]
+fn every_distribution_is_told_from_the_next() {
+    let models = common::NDFS.map(|ndf| (ndf, "smith"));
+    told_apart(&models);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 #include "ndf/ggx.glsl"
 #include "term/fresnel.glsl"
 #include "term/trig.glsl"
+#include "rule/mirror.glsl"
 #include <cone_nodes>
 
 // One node of a pair: `side` is +-tan_d.
@@ -13,9 +14,10 @@
     float n2 = a2 + b2 * hz * hz; \
     float inverse_n = inversesqrt(n2); \
     float n_dot_l = k * inverse_n * inverse_n; \
-    float f = (u) * q * g_over_n_dot_v(n_dot_l, mu, sigma(n_dot_l, alpha), sigma_v); \
-    float m = 1.0 - cos_h * q * inverse_n; \
-    row += f * vec2(1.0, schlick_weight(m)); \
+    float v_dot_h = cos_h * q * inverse_n; \
+    float f = (u) * q * g_over_n_dot_v( \
+        Directions(n_dot_l, mu, hz * inverse_n, v_dot_h, sigma(n_dot_l, alpha), sigma_v, alpha)); \
+    row += f * vec2(1.0, schlick_weight(1.0 - v_dot_h)); \
 }
 
 #define CONE_PAIR(x, o, u) { \
@@ -33,7 +35,7 @@ vec2 cone(float n_dot_v, float alpha) {
     float sv2 = (1.0 - mu) * (1.0 + mu);
     float sv = sqrt(sv2);
     if (alpha == 0.0) {
-        return vec2(1.0, schlick_weight(1.0 - mu));
+        return mirror(mu);
     }
 
     // The cone's axes and size; a trailing `_mu` marks a quantity multiplied by mu.

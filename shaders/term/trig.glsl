@@ -26,3 +26,12 @@ float atan_unit(float x) {
     p = p * u + 0.9999999975;
     return x * p;
 }
+
+// acos(x) / 2. Domain: any x; beyond [-1, 1] the end's value.
+float half_acos(float x) {
+    // tan of the result is sqrt((1 - x) / (1 + x)); the smaller of the two over the larger is in [0, 1].
+    float s = sqrt(max(1.0 - x, 0.0));
+    float c = sqrt(max(1.0 + x, 0.0));
+    float angle = atan_unit(min(s, c) / max(s, c));
+    return s <= c ? angle : 1.57079632679490 - angle;
+}

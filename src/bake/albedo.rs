@@ -5,11 +5,10 @@
 //! Kernel: `shaders/bake/albedo.comp`.
 
 use super::grid::Grid;
-use super::split_sum::{cone_rule, rule_name};
+use super::split_sum::bake_pairs;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::Result;
-use crate::ndf::alpha_of;
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
 use crate::verify::truth;
@@ -25,7 +24,7 @@ static FACTS: Facts = Facts {
     channels: &[Channel { name: "albedo", meaning: "directional albedo with F = 1", range: [0.0, 1.0] }],
     default_channels: &["albedo"],
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
-    rule: rule_name,
+    rule: Model::rule_name,
     tolerance: Tolerance {
         worst: 1e-6,
         median: 2.5e-7,
@@ -41,8 +40,12 @@ pub(super) fn bake_grid(
     backend: &Backend,
     on: &mut OnProgress<'_>,
 ) -> Result<Vec<f32>> {
-    let rule = |at, out: &mut [f32]| out[0] = cone_rule(model, at)[0] as f32;
-    grid.run(backend, &format!("bake/albedo+{}", model.visibility.file), rule, on)
+    if !model.uses_cone() {
+        let pairs = bake_pairs(&Grid { channels: 2, ..*grid }, model, backend, on)?;
+        return Ok(pairs.chunks_exact(2).map(|p| p[0] + p[1]).collect());
+    }
+    let rule = |at, out: &mut [f32]| out[0] = model.rule(at)[0] as f32;
+    grid.run(backend, &format!("bake/albedo+{}", model.visibility.file), model, rule, on)
 }
 
 impl Table for Albedo {
@@ -51,11 +54,11 @@ impl Table for Albedo {
     }
 
     fn rule(&self, model: &Model, at: At) -> Values {
-        [cone_rule(model, at)[0], 0.0, 0.0]
+        [model.rule(at)[0], 0.0, 0.0]
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
-        let t = truth::albedo(model.ndf, model.visibility, at.n_dot_v, alpha_of(at.roughness), tolerance);
+        let t = truth::albedo(model, at.n_dot_v, at.roughness, tolerance);
         Estimate { value: [t.value[0], 0.0, 0.0], error: t.error }
     }
 

@@ -11,7 +11,6 @@ use std::sync::LazyLock;
 
 use super::albedo::bake_grid;
 use super::grid::Grid;
-use super::split_sum::{cone_rule, rule_name};
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::Result;
@@ -44,7 +43,7 @@ static FACTS: Facts = Facts {
     channels: &[Channel { name: "average", meaning: "2 * integral of albedo * n_dot_v", range: [0.0, 1.0] }],
     default_channels: &["average"],
     axes: &[Coordinate::Roughness],
-    rule: || format!("{NODES} Gauss-Legendre nodes of sqrt(n_dot_v) x {}", rule_name()),
+    rule: |model| format!("{NODES} Gauss-Legendre nodes of sqrt(n_dot_v) x {}", model.rule_name()),
     tolerance: Tolerance {
         worst: 1e-6,
         median: 2.5e-7,
@@ -59,7 +58,7 @@ impl Table for AverageAlbedo {
     }
 
     fn rule(&self, model: &Model, at: At) -> Values {
-        let e = |node: &Node| node.weight * cone_rule(model, At { n_dot_v: node.x, ..at })[0];
+        let e = |node: &Node| node.weight * model.rule(At { n_dot_v: node.x, ..at })[0];
         [RULE.iter().map(e).sum(), 0.0, 0.0]
     }
 
@@ -74,7 +73,7 @@ impl Table for AverageAlbedo {
         breaks.push(0.0);
         breaks.reverse();
         let found = integrate(&breaks, 0.5 * tolerance, 100, |mu| {
-            let e = truth::albedo(model.ndf, model.visibility, mu, alpha, 0.2 * tolerance);
+            let e = truth::albedo(model, mu, at.roughness, 0.2 * tolerance);
             Estimate { value: [2.0 * mu * e.value[0], 0.0, 0.0], error: 2.0 * mu * e.error }
         });
         Estimate { error: found.error.max(tolerance), ..found }

@@ -5,12 +5,13 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::slices::next_slice;
-use super::{At, Backend};
+use super::{At, Backend, Model};
 use crate::error::Result;
-use crate::gpu::{Gpu, MAX_GROUPS};
+use crate::gpu::{Buffer, Gpu, MAX_GROUPS};
 use crate::ndf::alpha_of;
 use crate::progress::{OnProgress, tick};
 use crate::rule::cone_nodes;
+use crate::rule::h_split::{Row, outer};
 use crate::shaders;
 
 /// Invocations a workgroup, as in `shaders/lib/table.glsl`.
@@ -20,7 +21,11 @@ const FIRST_SLICE: u32 = 4096;
 /// A band of rows has a result buffer of at most this size.
 const BAND_BYTES: u64 = 64 << 20;
 
+/// A band of the h-split rule has at most this many texels, whose nodes lie in memory.
+const NODES_BAND: usize = 1 << 15;
+
 /// A grid to bake.
+#[derive(Clone, Copy)]
 pub struct Grid<'a> {
     /// What progress is reported as.
     pub stage: &'a str,
@@ -43,17 +48,18 @@ struct Slice {
 }
 
 impl Grid<'_> {
-    /// Bakes with `kernel` on a Vulkan device or with `rule` on the processor.
+    /// Bakes with `kernel`, which is one of the rule that `model` uses, on a Vulkan device, or with `rule` on the processor.
     pub fn run(
         &self,
         backend: &Backend,
         kernel: &str,
+        model: &Model,
         rule: impl Fn(At, &mut [f32]) + Sync,
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<f32>> {
         match backend {
             Backend::Cpu => self.on_cpu(rule, on),
-            Backend::Gpu(gpu) => self.on_gpu(gpu, kernel, on),
+            Backend::Gpu(gpu) => self.on_gpu(gpu, kernel, model, on),
         }
     }
 
@@ -72,24 +78,24 @@ impl Grid<'_> {
         Ok(out)
     }
 
-    fn on_gpu(&self, gpu: &Gpu, kernel: &str, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
-        let kernel = gpu.kernel(kernel, shaders::spirv(kernel), 4, size_of::<Slice>() as u32)?;
+    fn on_gpu(&self, gpu: &Gpu, kernel: &str, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+        let cone = model.uses_cone();
+        let bindings = if cone { 4 } else { 5 };
+        let kernel = gpu.kernel(kernel, shaders::spirv(kernel), bindings, size_of::<Slice>() as u32)?;
         let n_dot_v: Vec<f32> = self.n_dot_v.iter().map(|x| *x as f32).collect();
         let n_dot_v = gpu.upload("n_dot_v", &n_dot_v)?;
-        let nodes = cone_nodes::outer();
-        let nodes: Vec<[f32; 4]> = nodes.iter().map(|n| [n.near as f32, n.far as f32, n.weight as f32, 0.0]).collect();
-        let nodes = gpu.upload("cone nodes", &nodes)?;
 
         let columns = self.n_dot_v.len() as u32;
         let row_bytes = u64::from(columns) * self.channels as u64 * 4;
         let band_rows = (BAND_BYTES / row_bytes).max(1) as usize;
+        let band_rows = if cone { band_rows } else { (NODES_BAND / self.n_dot_v.len()).clamp(1, band_rows) };
         let total = f64::from(columns) * self.roughness.len() as f64;
         let mut out = Vec::with_capacity(columns as usize * self.roughness.len() * self.channels);
         let mut slice = self.first_slice.unwrap_or(FIRST_SLICE);
         for band in self.roughness.chunks(band_rows) {
-            let alpha: Vec<f32> = band.iter().map(|r| alpha_of(*r) as f32).collect();
-            let alpha = gpu.upload("alpha", &alpha)?;
+            let inputs = if cone { cone_inputs(gpu, band)? } else { self.h_split_inputs(gpu, model, band)? };
             let result = gpu.buffer("result", row_bytes * band.len() as u64)?;
+            let buffers: Vec<&Buffer> = std::iter::once(&n_dot_v).chain(&inputs).chain([&result]).collect();
             let texels = columns * band.len() as u32;
             let mut first = 0;
             while first < texels {
@@ -98,7 +104,7 @@ impl Grid<'_> {
                 let count = slice.min(texels - first).min(MAX_GROUPS * WORKGROUP);
                 let start = Instant::now();
                 let push = Slice { columns, first, count };
-                gpu.dispatch(&kernel, &[&n_dot_v, &alpha, &nodes, &result], &push, [count.div_ceil(WORKGROUP), 1, 1])?;
+                gpu.dispatch(&kernel, &buffers, &push, [count.div_ceil(WORKGROUP), 1, 1])?;
                 slice = next_slice(count, start.elapsed(), WORKGROUP);
                 first += count;
             }
@@ -107,4 +113,43 @@ impl Grid<'_> {
         tick(on, self.stage, 1.0)?;
         Ok(out)
     }
+
+    /// The rows and the polar nodes of a band, as `shaders/lib/h_table.glsl` reads them.
+    fn h_split_inputs(&self, gpu: &Gpu, model: &Model, band: &[f64]) -> Result<Vec<Buffer>> {
+        let rows: Vec<_> = band
+            .par_iter()
+            .map(|roughness| {
+                let row = Row::new(&model.ndf, model.visibility, *roughness);
+                let (mut nodes, mut ends) = (vec![], vec![]);
+                for n_dot_v in self.n_dot_v {
+                    outer(&model.ndf, model.visibility, &row, *n_dot_v, &mut nodes);
+                    ends.push(nodes.len() as u32);
+                }
+                let nodes: Vec<[f32; 2]> = nodes.iter().map(|n| [n.tan_h as f32, n.weight as f32]).collect();
+                (row.packed(), nodes, ends)
+            })
+            .collect();
+        let mut first = vec![0];
+        let (mut packed, mut nodes) = (vec![], vec![]);
+        for (row, of_row, ends) in &rows {
+            first.extend(ends.iter().map(|end| nodes.len() as u32 + end));
+            packed.push(*row);
+            nodes.extend_from_slice(of_row);
+        }
+        // A buffer is never empty, even where every lobe is a mirror.
+        nodes.push([0.0; 2]);
+        Ok(vec![
+            gpu.upload("rows", packed.as_flattened())?,
+            gpu.upload("polar nodes", &nodes)?,
+            gpu.upload("first nodes", &first)?,
+        ])
+    }
+}
+
+/// The widths of a band and the nodes of the cone rule, as `shaders/lib/table.glsl` reads them.
+fn cone_inputs(gpu: &Gpu, band: &[f64]) -> Result<Vec<Buffer>> {
+    let alpha: Vec<f32> = band.iter().map(|r| alpha_of(*r) as f32).collect();
+    let nodes = cone_nodes::outer();
+    let nodes: Vec<[f32; 4]> = nodes.iter().map(|n| [n.near as f32, n.far as f32, n.weight as f32, 0.0]).collect();
+    Ok(vec![gpu.upload("alpha", &alpha)?, gpu.upload("cone nodes", &nodes)?])
 }

@@ -4,18 +4,18 @@ mod albedo;
 mod average_albedo;
 pub mod backend;
 pub mod grid;
+pub mod model;
 mod slices;
 pub mod specular;
 mod split_sum;
 
 pub use backend::Backend;
+pub use model::Model;
 
 use crate::axis::{Axis, Coordinate, Points};
 use crate::error::{Error, Result, nearest};
-use crate::ndf::{self, Ndf};
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
-use crate::term::visibility::{self, Visibility};
 use crate::texture::{Meta, Shape, Texture};
 
 /// Most channels that a table can compute.
@@ -26,22 +26,6 @@ pub type Values = [f64; MAX_CHANNELS];
 
 /// Largest side of a table in texels.
 pub const MAX_SIZE: u32 = 8192;
-
-/// The microfacet model that a table belongs to: D and G. F is in the channels.
-#[derive(Clone, Copy)]
-pub struct Model {
-    /// Distribution of normals.
-    pub ndf: &'static Ndf,
-    /// Geometry term.
-    pub visibility: &'static Visibility,
-}
-
-impl Model {
-    /// The model with these names.
-    pub fn parse(ndf: &str, visibility: &str) -> Result<Model> {
-        Ok(Model { ndf: ndf::parse(ndf)?, visibility: visibility::parse(visibility)? })
-    }
-}
 
 /// Where in a table: the coordinates of one texel. A table without n·v ignores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +46,8 @@ pub struct Channel {
     pub range: [f32; 2],
 }
 
-/// How far a baked `f32` may be from the truth.
+/// How far a baked `f32` may be from the truth: absolutely up to 1, relative to the value beyond.
+#[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
     /// Bound of every texel whose coordinates are at least 1/1024 (or exactly 0, the limit).
     pub worst: f64,
@@ -99,7 +84,7 @@ pub struct Facts {
     /// Its axes, x first, unless told otherwise.
     pub axes: &'static [Coordinate],
     /// The rule and its number of nodes, for the file's certificate.
-    pub rule: fn() -> String,
+    pub rule: fn(&Model) -> String,
     /// Bounds of its error.
     pub tolerance: Tolerance,
 }
@@ -234,6 +219,8 @@ impl TableRequest {
                 .position(|k| k == *name)
                 .ok_or_else(|| Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known())))
         };
+        let edges = |c| self.points == Points::Edges && facts.axes.contains(&c);
+        model.check_limits(edges(Coordinate::NDotV), edges(Coordinate::Roughness))?;
         let channels: Vec<usize> = wanted.iter().map(channel).collect::<Result<_>>()?;
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
@@ -304,13 +291,22 @@ impl TableJob {
         Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta: self.meta(backend) })
     }
 
+    /// The bounds that the texels keep.
+    pub fn tolerance(&self) -> Tolerance {
+        self.model.tolerance(&self.table.facts().tolerance)
+    }
+
+    /// Least and greatest value of a chosen channel.
+    pub fn range(&self, channel: &Channel) -> [f32; 2] {
+        if self.model.bounded() { channel.range } else { [channel.range[0], self.model.largest()] }
+    }
+
     /// Moves a value that rounding carried over the end of its channel's range back to it. A value further out than
     /// the tolerance stays as it is, for the checks to find.
     fn within_range(&self, channel: usize, value: f32) -> f32 {
-        let facts = self.table.facts();
-        let [low, high] = facts.channels[channel].range;
+        let [low, high] = self.range(&self.table.facts().channels[channel]);
         let inside = value.clamp(low, high);
-        if f64::from((value - inside).abs()) <= facts.tolerance.worst { inside } else { value }
+        if f64::from((value - inside).abs()) <= self.tolerance().worst { inside } else { value }
     }
 
     /// What the file says of itself.
@@ -319,7 +315,7 @@ impl TableJob {
         let names = |list: Vec<&str>| list.join(",");
         let mut meta = Meta::default();
         meta.set("table", facts.name);
-        meta.set("ndf", self.model.ndf.name);
+        meta.set("ndf", self.model.ndf.to_string());
         meta.set("visibility", self.model.visibility.name);
         meta.set("axes", names(self.axes.iter().map(|a| a.coordinate.name()).collect()));
         meta.set("points", self.axes[0].points.name());
@@ -337,7 +333,10 @@ impl TableJob {
         meta.set("alpha", "roughness^2");
         meta.set("usage", facts.usage);
         meta.set("source", facts.source);
-        meta.set("rule", (facts.rule)());
+        meta.set("rule", (facts.rule)(&self.model));
+        if let Some(note) = self.model.note() {
+            meta.set("note", note);
+        }
         meta.set("device", backend.name());
         meta.set("driver", backend.driver());
         meta.set("version", env!("CARGO_PKG_VERSION"));

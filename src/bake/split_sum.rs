@@ -11,10 +11,8 @@ use super::grid::Grid;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::Result;
-use crate::ndf::alpha_of;
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
-use crate::rule::cone_nodes;
 use crate::verify::truth;
 
 /// The table.
@@ -32,7 +30,7 @@ static FACTS: Facts = Facts {
     ],
     default_channels: &["scale", "bias"],
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
-    rule: rule_name,
+    rule: Model::rule_name,
     tolerance: Tolerance {
         worst: 1e-6,
         median: 2.5e-7,
@@ -41,28 +39,18 @@ static FACTS: Facts = Facts {
     },
 };
 
-/// The rule's name and size, for certificates.
-pub(super) fn rule_name() -> String {
-    format!("cone {}x{}, {} nodes", cone_nodes::OUTER, cone_nodes::INNER, cone_nodes::OUTER * cone_nodes::INNER)
-}
-
-/// (E, B) of the cone rule.
-pub(super) fn cone_rule(model: &Model, at: At) -> [f64; 2] {
-    (model.visibility.cone)(at.n_dot_v, alpha_of(at.roughness))
-}
-
 impl Table for SplitSum {
     fn facts(&self) -> &'static Facts {
         &FACTS
     }
 
     fn rule(&self, model: &Model, at: At) -> Values {
-        let [e, b] = cone_rule(model, at);
+        let [e, b] = model.rule(at);
         [e - b, b, e]
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
-        let t = truth::albedo(model.ndf, model.visibility, at.n_dot_v, alpha_of(at.roughness), tolerance);
+        let t = truth::albedo(model, at.n_dot_v, at.roughness, tolerance);
         let [e, b] = t.value;
         Estimate { value: [e - b, b, e], error: t.error }
     }
@@ -76,11 +64,22 @@ impl Table for SplitSum {
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<f32>> {
         let grid = Grid { stage: "split-sum", n_dot_v, roughness, channels: 2, first_slice: None };
-        let rule = |at, out: &mut [f32]| {
-            let [e, b] = cone_rule(model, at);
-            out.copy_from_slice(&[(e - b) as f32, b as f32]);
-        };
-        let pairs = grid.run(backend, &format!("bake/split_sum+{}", model.visibility.file), rule, on)?;
+        let pairs = bake_pairs(&grid, model, backend, on)?;
         Ok(pairs.chunks_exact(2).flat_map(|p| [p[0], p[1], p[0] + p[1]]).collect())
     }
+}
+
+/// (scale, bias) over the whole grid.
+pub(super) fn bake_pairs(
+    grid: &Grid<'_>,
+    model: &Model,
+    backend: &Backend,
+    on: &mut OnProgress<'_>,
+) -> Result<Vec<f32>> {
+    let rule = |at, out: &mut [f32]| {
+        let [e, b] = model.rule(at);
+        out.copy_from_slice(&[(e - b) as f32, b as f32]);
+    };
+    let folder = if model.uses_cone() { "split_sum" } else { "h_split" };
+    grid.run(backend, &format!("bake/{folder}+{}", model.visibility.file), model, rule, on)
 }

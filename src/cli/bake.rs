@@ -25,7 +25,7 @@ pub struct BakeArgs {
     #[arg(long, default_value = "256", value_name = "N|WxH", value_parser = parse_size)]
     size: (u32, u32),
     /// Normal distribution function
-    #[arg(long, default_value = "ggx", value_name = "NAME")]
+    #[arg(long, default_value = "ggx", value_name = "NAME[:PARAMETER=VALUE,...]")]
     ndf: String,
     /// Geometry term
     #[arg(long, default_value = "smith", value_name = "NAME")]
@@ -67,7 +67,7 @@ impl BakeArgs {
         let format = format::for_path(&self.output)?;
         let encoding = format::choose(format, Shape::Table, job.channels.len(), wanted)?;
         for channel in job.channel_facts() {
-            let [low, high] = channel.range;
+            let [low, high] = job.range(channel);
             format::check_range(&self.output, format, encoding, channel.name, &(low..=high))?;
         }
         let output = Output::prepare(&self.output)?;
@@ -81,7 +81,7 @@ impl BakeArgs {
         backend.check_messages()?;
         texture.meta.set("error.worst", format!("{:.2e}", report.worst() + report.truth_error));
         texture.meta.set("error.median", format!("{:.2e}", report.median()));
-        texture.meta.set("error.bound", format!("{:.0e}", job.table.facts().tolerance.worst));
+        texture.meta.set("error.bound", format!("{:.0e}", job.tolerance().worst));
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
         let written = output.commit(format, &texture, encoding)?;
 

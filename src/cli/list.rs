@@ -39,7 +39,19 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
             ("tables", TABLES.iter().map(entry).collect())
         }
         What::Ndfs => {
-            ("ndfs", NDFS.iter().map(|n| Entry { name: n.name, about: own(n.about), source: n.source }).collect())
+            let entry = |n: &&brdf_baker::ndf::Family| {
+                let mut about = own(n.about);
+                if !n.also.is_empty() {
+                    about.push_str(&format!("; also called {}", n.also.join(", ")));
+                }
+                for p in n.parameters {
+                    let [low, high] = p.range;
+                    let need = if p.required { "needed" } else { "optional" };
+                    about.push_str(&format!("; {}= {} ({low} to {high}, {need})", p.name, p.about));
+                }
+                Entry { name: n.name, about, source: n.source }
+            };
+            ("ndfs", NDFS.iter().map(entry).collect())
         }
         What::Visibilities => {
             let entry = |v: &&brdf_baker::term::visibility::Visibility| Entry {

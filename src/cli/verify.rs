@@ -38,7 +38,7 @@ impl VerifyArgs {
             &json!({
                 "path": self.file,
                 "table": job.table.facts().name,
-                "ndf": job.model.ndf.name,
+                "ndf": job.model.ndf.to_string(),
                 "visibility": job.model.visibility.name,
                 "encoding": encoding.name,
                 "passed": report.failures.is_empty(),
@@ -57,7 +57,7 @@ fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport) -> Str
     let mut text = format!(
         "{path}  {} {} {} {encoding}: {verdict}",
         job.table.facts().name,
-        job.model.ndf.name,
+        job.model.ndf,
         job.model.visibility.name
     );
     for c in &report.channels {

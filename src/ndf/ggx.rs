@@ -1,14 +1,25 @@
 //! Trowbridge–Reitz, known as GGX.
 
-use super::Ndf;
+use super::{Family, Flat, Lobe};
 
 /// Registry entry.
-pub static GGX: Ndf = Ndf {
+pub static GGX: Family = Family {
     name: "ggx",
+    also: &["trowbridge-reitz"],
     about: "Trowbridge-Reitz (GGX): long tails, today's default in every engine",
     source: "Walter, Marschner, Li, Torrance 2007, Eq. 33 and 34; Trowbridge, Reitz 1975",
-    d,
-    sigma,
+    parameters: &[],
+    lobe: |alpha, _| Lobe { alpha, peak: alpha, shape: [0.0; 3] },
+    d: |cos2, sin2, lobe| d(cos2, sin2, lobe.alpha),
+    sigma: Some(|n_dot_x, lobe| sigma(n_dot_x, lobe.alpha)),
+    // The share of steeper facets is 1/(1 + tan²/alpha²).
+    flat: Flat {
+        tan: |y, lobe| lobe.alpha * (y * y).exp_m1().sqrt(),
+        y: |tan, lobe| (tan / lobe.alpha).powi(2).ln_1p().sqrt(),
+        density: |_, _| 1.0,
+        y_max: 6.0,
+        falling: false,
+    },
 };
 
 /// D(h) per steradian. Walter et al. 2007, Eq. 33; ∫ D·n_dot_h dh = 1.

@@ -15,26 +15,27 @@
 //! `cd` and `sd` are taken with the stretched view vector as it is, not normalised, and only 2 am/π is left in front.
 //!
 //! The set-up is written with mu·P in place of P = √(h² + (a sv/mu)²), so that mu = 0, the limit at grazing, is an
-//! ordinary input. At alpha = 0 the lobe is a mirror: the limit (1, (1 − mu)⁵) is returned.
+//! ordinary input. At alpha = 0 the lobe is a mirror: the limit is returned.
 
 use std::sync::LazyLock;
 
 use super::cone_nodes::{Inner, Outer, inner, outer};
 use crate::ndf::ggx;
 use crate::term::fresnel::schlick_weight;
+use crate::term::visibility::Directions;
 
 static NODES: LazyLock<(Vec<Outer>, Vec<Inner>)> = LazyLock::new(|| (outer(), inner()));
 
 /// Directional albedo E with F = 1 and its part B weighted by (1 − v·h)⁵, as (E, B).
 ///
-/// Domain: n_dot_v and alpha in [0, 1]. `g_over_n_dot_v(n_dot_l, n_dot_v, sigma_l, sigma_v)` is G/(n·v). The GLSL twin is
+/// Domain: n_dot_v and alpha in [0, 1]. `g_over_n_dot_v` is G/(n·v) of a smooth geometry term. The GLSL twin is
 /// `shaders/rule/cone.glsl`; f64 error against adaptive integration ≤ 5e-7 over n·v, roughness in [1/1024, 1].
-pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(f64, f64, f64, f64) -> f64) -> [f64; 2] {
+pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(&Directions) -> f64) -> [f64; 2] {
     let mu = n_dot_v;
     let sv2 = (1.0 - mu) * (1.0 + mu);
     let sv = sv2.sqrt();
     if alpha == 0.0 {
-        return [1.0, schlick_weight(1.0 - mu)];
+        return mirror(mu, g_over_n_dot_v);
     }
 
     // The cone's axes and size; a trailing `_mu` marks a quantity multiplied by mu.
@@ -76,8 +77,10 @@ pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(f64, f64, f64, f64
                 let n2 = a2 + b2 * hz * hz;
                 let n_dot_l = k / n2;
                 let sigma_l = ggx::sigma(n_dot_l, alpha);
-                let f = pair.weight * q * g_over_n_dot_v(n_dot_l, mu, sigma_l, sigma_v);
-                let m = 1.0 - cos_h * q / n2.sqrt();
+                let v_dot_h = cos_h * q / n2.sqrt();
+                let d = Directions { n_dot_l, n_dot_v: mu, n_dot_h: hz / n2.sqrt(), v_dot_h, sigma_l, sigma_v, alpha };
+                let f = pair.weight * q * g_over_n_dot_v(&d);
+                let m = 1.0 - v_dot_h;
                 row[0] += f;
                 row[1] += f * schlick_weight(m);
             }
@@ -85,4 +88,13 @@ pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(f64, f64, f64, f64
         row.iter().zip(&mut sum).for_each(|(r, s)| *s += node.weight * cos2_a * s2.sqrt() * r);
     }
     sum.map(|s| s * am * std::f64::consts::FRAC_2_PI)
+}
+
+/// The limit of any lobe that narrows to a mirror: (E, B) is G(v, mirrored v) and its part weighted by (1 − n·v)⁵.
+pub fn mirror(n_dot_v: f64, g_over_n_dot_v: impl Fn(&Directions) -> f64) -> [f64; 2] {
+    // At grazing G may be a quotient of zeros; just above it is its limit.
+    let mu = n_dot_v.max(1e-6);
+    let d = Directions { n_dot_l: mu, n_dot_v: mu, n_dot_h: 1.0, v_dot_h: mu, sigma_l: mu, sigma_v: mu, alpha: 0.0 };
+    let g = mu * g_over_n_dot_v(&d);
+    [g, g * schlick_weight(1.0 - n_dot_v)]
 }

@@ -1,4 +1,6 @@
 //! Quadrature rules that bakes are made of. The GLSL twin of `rule/x.rs` is `shaders/rule/x.glsl`.
 
+pub mod azimuth_nodes;
 pub mod cone;
 pub mod cone_nodes;
+pub mod h_split;

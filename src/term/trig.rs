@@ -11,3 +11,9 @@ pub fn sin_quarter(x: f64) -> f64 {
 pub fn atan_unit(x: f64) -> f64 {
     x.atan()
 }
+
+/// ½ acos x. Domain: any x; beyond [−1, 1] the end's value. GLSL twin `shaders/term/trig.glsl`: from [`atan_unit`], absolute
+/// error 3e-7 before rounding.
+pub fn half_acos(x: f64) -> f64 {
+    0.5 * x.clamp(-1.0, 1.0).acos()
+}

@@ -9,8 +9,8 @@ use crate::format::{Encoding, Repr};
 use crate::progress::{OnProgress, tick};
 use crate::texture::Texture;
 
-/// Accuracy that is asked of the truth: a tenth of the tightest bound that is checked against it.
-const TRUTH_TOLERANCE: f64 = 1e-7;
+/// Accuracy that is asked of the truth: this share of the bound that is checked against it.
+const TRUTH_SHARE: f64 = 0.1;
 
 /// What a texel is before it is stored.
 const SINGLE: Encoding = Encoding { name: "r32f", components: 1, repr: Repr::F32 };
@@ -24,7 +24,7 @@ pub enum Extent {
     Full,
 }
 
-/// The error of one channel against the truth.
+/// The error of one channel against the truth: absolute up to 1, relative to the value beyond.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChannelError {
     /// What it holds.
@@ -83,6 +83,13 @@ struct Compared {
     reference_error: f64,
 }
 
+impl Compared {
+    /// The largest expected value, at least 1.
+    fn largest_expected(&self) -> f64 {
+        self.expected.iter().copied().fold(1.0, f64::max)
+    }
+}
+
 /// Checks the texels of `texture`, which `job` describes; `stored` is the encoding that they went through, if any.
 pub fn check(
     job: &TableJob,
@@ -92,6 +99,7 @@ pub fn check(
     on: &mut OnProgress<'_>,
 ) -> Result<TableReport> {
     let (width, height) = job.size();
+    let tolerance = job.tolerance();
     let compare = |texels: &[[u32; 2]], reference: &(dyn Fn(At) -> (Vec<f64>, f64) + Sync)| -> Vec<Compared> {
         texels
             .par_iter()
@@ -114,7 +122,7 @@ pub fn check(
     for chunk in truth_texels.chunks(512) {
         tick(on, "verify: truth", truth.len() as f64 / truth_texels.len() as f64)?;
         truth.extend(compare(chunk, &|at| {
-            let t = job.table.truth(&job.model, at, TRUTH_TOLERANCE);
+            let t = job.table.truth(&job.model, at, TRUTH_SHARE * tolerance.worst);
             (job.channels.iter().map(|c| t.value[*c]).collect(), t.error)
         }));
     }
@@ -133,7 +141,8 @@ pub fn check(
             let mut bad = false;
             for (channel, (found, expected)) in compared.found.iter().zip(&compared.expected).enumerate() {
                 let rounding = stored.map_or(0.0, |e| e.half_ulp_at(*expected, largest));
-                let allowed = job.table.facts().tolerance.at(compared.at) + rounding + compared.reference_error;
+                let scale = expected.abs().max(1.0);
+                let allowed = tolerance.at(compared.at) * scale + rounding + compared.reference_error;
                 bound = bound.min(allowed);
                 let error = (found - expected).abs();
                 // NaN is not within any bound.
@@ -168,16 +177,16 @@ pub fn check(
 
     let twin_errors = || twin.iter().flat_map(|c| c.found.iter().zip(&c.expected).map(|(f, e)| (f - e).abs()));
     let twin_median = median(twin_errors().collect());
-    if stored.is_none() && twin.len() >= 64 && twin_median > job.table.facts().tolerance.median {
+    if stored.is_none() && twin.len() >= 64 && twin_median > tolerance.median {
         failures.push(format!(
             "the median difference from the twin is {twin_median:.1e}, more than {:.1e}",
-            job.table.facts().tolerance.median
+            tolerance.median
         ));
     }
     Ok(TableReport {
         channels: (0..texture.channels.len()).map(|i| channel_error(&texture.channels[i], i, &truth, stored)).collect(),
         truth_texels: truth.len(),
-        truth_error: truth.iter().map(|c| c.reference_error).fold(0.0, f64::max),
+        truth_error: truth.iter().map(|c| c.reference_error / c.largest_expected()).fold(0.0, f64::max),
         twin_texels: twin.len(),
         twin_worst: twin_errors().fold(0.0, f64::max),
         twin_median,
@@ -187,13 +196,14 @@ pub fn check(
 }
 
 fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<Encoding>) -> ChannelError {
-    let errors: Vec<f64> = truth.iter().map(|c| (c.found[channel] - c.expected[channel]).abs()).collect();
+    let scale = |c: &Compared| c.expected[channel].abs().max(1.0);
+    let errors: Vec<f64> = truth.iter().map(|c| (c.found[channel] - c.expected[channel]).abs() / scale(c)).collect();
     let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b])).unwrap_or(0);
     // The nearest stored value is the one within half a step of the truth.
     let rounded = |(c, error): &(&Compared, &f64)| {
         let largest = c.found.iter().copied().fold(0.0, f64::max);
         let encoding = stored.unwrap_or(SINGLE);
-        **error <= encoding.half_ulp_at(c.expected[channel], largest)
+        **error * scale(c) <= encoding.half_ulp_at(c.expected[channel], largest)
     };
     ChannelError {
         name: name.into(),
@@ -208,28 +218,29 @@ fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<
 /// Laws over every texel: finite, within the channel's range, and scale + bias = albedo ≤ 1.
 fn laws(job: &TableJob, texture: &Texture, stored: Option<Encoding>, failures: &mut Vec<String>) {
     let channels: Vec<_> = job.channel_facts().collect();
-    let slack = |v: f64| job.table.facts().tolerance.near_zero + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
+    let slack = |v: f64| job.tolerance().near_zero * v.max(1.0) + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
     let find = |name: &str| channels.iter().position(|c| c.name == name);
     let (scale, bias, albedo) = (find("scale"), find("bias"), find("albedo"));
     let (width, height) = job.size();
+    let largest = f64::from(job.model.largest());
     let mut broken: Vec<(String, [u32; 2])> = vec![];
     for y in 0..height {
         for x in 0..width {
             let texel = texture.texel(0, 0, x, y);
             for (value, channel) in texel.iter().zip(&channels) {
                 let value = f64::from(*value);
-                let [low, high] = channel.range.map(f64::from);
+                let [low, high] = job.range(channel).map(f64::from);
                 if !(value >= low - slack(low) && value <= high + slack(high)) {
                     broken.push((format!("{} is {value}, outside [{low}, {high}]", channel.name), [x, y]));
                 }
             }
             if let (Some(scale), Some(bias)) = (scale, bias) {
                 let e = f64::from(texel[scale]) + f64::from(texel[bias]);
-                if e.is_nan() || e > 1.0 + 2.0 * slack(1.0) {
-                    broken.push((format!("scale + bias is {e}, more than 1"), [x, y]));
+                if e.is_nan() || e > largest + 2.0 * slack(largest) {
+                    broken.push((format!("scale + bias is {e}, more than {largest}"), [x, y]));
                 }
                 if let Some(albedo) = albedo
-                    && (e - f64::from(texel[albedo])).abs() > 3.0 * slack(1.0)
+                    && (e - f64::from(texel[albedo])).abs() > 3.0 * slack(e)
                 {
                     broken.push((format!("scale + bias is {e}, albedo is {}", texel[albedo]), [x, y]));
                 }

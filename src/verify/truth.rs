@@ -7,27 +7,39 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::ndf::Ndf;
+use crate::bake::Model;
 use crate::quadrature::adaptive::{Estimate, integrate};
-use crate::term::visibility::{Directions, Visibility};
+use crate::rule::cone::mirror;
+use crate::term::visibility::Directions;
 
 /// More panels than any smooth lobe needs; a kinked one ends here with a larger, honest error.
 const MAX_PANELS: usize = 400;
 
-/// Directional albedo with F = 1 and its part weighted by (1 − v·h)⁵, as (E, B), to about `tolerance`.
+/// Directional albedo with F = 1 and its part weighted by (1 − v·h)⁵, as (E, B), to about `tolerance`; where the albedo
+/// exceeds 1, relative to it.
 ///
-/// Domain: n_dot_v in [0, 1], alpha in (0, 1]; alpha = 0 returns the mirror's closed form.
-pub fn albedo(ndf: &Ndf, visibility: &Visibility, n_dot_v: f64, alpha: f64, tolerance: f64) -> Estimate<2> {
-    let mu = n_dot_v;
-    if alpha == 0.0 {
-        return Estimate { value: [1.0, (1.0 - mu).powi(5)], error: 0.0 };
+/// Domain: n_dot_v and roughness in [0, 1]; a lobe that has shrunk to a mirror returns its closed form.
+pub fn albedo(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Estimate<2> {
+    if model.bounded() {
+        return absolute(model, n_dot_v, roughness, tolerance);
     }
+    let rough = absolute(model, n_dot_v, roughness, 0.02);
+    absolute(model, n_dot_v, roughness, tolerance * (rough.value[0] - rough.error).max(1.0))
+}
+
+/// [`albedo`] to an absolute tolerance.
+fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Estimate<2> {
+    let (ndf, visibility) = (&model.ndf, model.visibility);
+    let mu = n_dot_v;
+    let Some(lobe) = ndf.lobe(roughness) else {
+        return Estimate { value: mirror(mu, visibility.g_over_n_dot_v), error: 0.0 };
+    };
     let sv = ((1.0 - mu) * (1.0 + mu)).sqrt();
     let theta_v = sv.atan2(mu);
-    let sigma_v = (ndf.sigma)(mu, alpha);
-
+    let area = |x: f64| if visibility.smith { ndf.sigma(x, &lobe) } else { x };
+    let sigma_v = area(mu);
     // Offsets from the mirror direction, stretched by sinh so that peak and tails get panels of like width.
-    let peak = 2.0 * alpha;
+    let peak = 2.0 * lobe.peak;
     let warp = |offset: f64| (offset / peak).asinh();
     let panels = |from: f64, to: f64, width: f64| -> Vec<f64> {
         let n = ((to - from) / width).ceil().max(1.0);
@@ -36,28 +48,47 @@ pub fn albedo(ndf: &Ndf, visibility: &Visibility, n_dot_v: f64, alpha: f64, tole
     let mut breaks = panels(warp(-theta_v), 0.0, 6.0);
     breaks.extend(panels(0.0, warp(FRAC_PI_2 - theta_v), 6.0).into_iter().skip(1));
     let span = breaks[breaks.len() - 1] - breaks[0];
+    // At grazing light and viewer are both near the horizon, where a geometry term changes within n·v.
+    let mut height = FRAC_PI_2 / 8.0;
+    while height > 0.3 * mu.max(1e-4) {
+        breaks.push(warp(FRAC_PI_2 - height - theta_v));
+        height *= 0.2;
+    }
+    breaks.extend(kink_angles(model, n_dot_v, lobe.alpha).into_iter().map(|theta_l| warp(theta_l - theta_v)));
+    breaks.sort_by(f64::total_cmp);
 
     let found = integrate(&breaks, 0.5 * tolerance, MAX_PANELS, |y| {
         let offset = peak * y.sinh();
         let theta_l = theta_v + offset;
         let (sin_l, n_dot_l) = (theta_l.sin(), theta_l.cos().max(0.0));
-        let sigma_l = (ndf.sigma)(n_dot_l, alpha);
+        let sigma_l = area(n_dot_l);
         // l + v, its in-plane part by differences so that nothing cancels near the mirror direction.
         let hz = n_dot_l + mu;
         let hx_mirror = -2.0 * (theta_v + 0.5 * offset).cos() * (0.5 * offset).sin();
-        let narrow = ((alpha * hz).hypot(hx_mirror) / sin_l).clamp(1e-30, PI);
+        let narrow = ((lobe.peak * hz).hypot(hx_mirror) / sin_l).clamp(1e-30, PI);
         let end = (PI / narrow).asinh();
         let scale = peak * y.cosh();
-        let inner = integrate(&panels(0.0, end, 8.0), 0.2 * tolerance / (span * scale), MAX_PANELS, |x| {
+        let mut inner_breaks = panels(0.0, end, 8.0);
+        if let Some(azimuth) = visibility.kinks.as_ref().and_then(|k| k.light_azimuth) {
+            // The azimuth here counts from the mirror direction, opposite to v.
+            let cos = -azimuth(n_dot_l, mu);
+            if cos.abs() < 1.0 {
+                inner_breaks.push((cos.acos() / narrow).asinh());
+                inner_breaks.sort_by(f64::total_cmp);
+            }
+        }
+        let inner = integrate(&inner_breaks, 0.2 * tolerance / (span * scale), MAX_PANELS, |x| {
             let phi = narrow * x.sinh();
             let half = (0.5 * phi).sin();
             let hx = hx_mirror + 2.0 * sin_l * half * half;
             let hy = sin_l * phi.sin();
             let flat2 = hx * hx + hy * hy;
             let length2 = flat2 + hz * hz;
-            let d = (ndf.d)(hz * hz / length2, flat2 / length2, alpha);
+            let d = ndf.d(hz * hz / length2, flat2 / length2, &lobe);
             let v_dot_h = 0.5 * length2.sqrt();
-            let g = (visibility.g_over_n_dot_v)(&Directions { n_dot_l, n_dot_v: mu, sigma_l, sigma_v });
+            let n_dot_h = 0.5 * hz / v_dot_h;
+            let directions = Directions { n_dot_l, n_dot_v: mu, n_dot_h, v_dot_h, sigma_l, sigma_v, alpha: lobe.alpha };
+            let g = (visibility.g_over_n_dot_v)(&directions);
             // Both halves of the azimuth; the factor 1/4 of the BRDF; Jacobians of angle and stretch.
             let f = 0.5 * d * g * sin_l * narrow * x.cosh();
             Estimate { value: [f, f * (1.0 - v_dot_h).max(0.0).powi(5)], error: 0.0 }
@@ -66,4 +97,28 @@ pub fn albedo(ndf: &Ndf, visibility: &Visibility, n_dot_v: f64, alpha: f64, tole
     });
     // On a first, wide panel a coarse and a fine rule can agree by accident: never claim more than was asked for.
     Estimate { error: found.error.max(tolerance), ..found }
+}
+
+/// Polar angles of the light at which the geometry term has a kink, or where the azimuth of one enters or leaves its
+/// range: found by bisection, so that nothing is shared with the rules' closed forms.
+fn kink_angles(model: &Model, n_dot_v: f64, alpha: f64) -> Vec<f64> {
+    let mut found = vec![];
+    let Some(kinks) = &model.visibility.kinks else { return found };
+    found.extend((kinks.n_dot_l)(alpha).map(f64::acos));
+    if let Some(azimuth) = kinks.light_azimuth {
+        let beyond = |theta_l: f64| azimuth(theta_l.cos(), n_dot_v).abs() > 1.0;
+        // Crowded towards the horizon.
+        let at = |i: usize| FRAC_PI_2 * (1.0 - ((128.0 - i as f64) / 128.5).powi(4));
+        for i in 0..128 {
+            let (mut low, mut high) = (at(i), at(i + 1));
+            if beyond(low) != beyond(high) {
+                for _ in 0..40 {
+                    let middle = 0.5 * (low + high);
+                    if beyond(middle) == beyond(low) { low = middle } else { high = middle }
+                }
+                found.push(0.5 * (low + high));
+            }
+        }
+    }
+    found
 }

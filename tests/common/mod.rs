@@ -40,3 +40,17 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 }
+
+/// One member or more of every family of distributions, corners of their parameters included.
+pub const NDFS: [&str; 10] = [
+    "ggx",
+    "beckmann",
+    "blinn-phong",
+    "gtr:gamma=1",
+    "gtr:gamma=1.5",
+    "gtr:gamma=3",
+    "abc:a2=1",
+    "abc:a2=3",
+    "abc:a1=50,a2=2",
+    "charlie",
+];

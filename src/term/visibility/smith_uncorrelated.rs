@@ -1,6 +1,6 @@
 //! Smith's separable masking and shadowing.
 
-use super::Visibility;
+use super::{Bounded, Directions, Visibility};
 use crate::rule::cone::cone;
 
 /// Registry entry.
@@ -10,12 +10,21 @@ pub static SMITH_UNCORRELATED: Visibility = Visibility {
     source: "Walter, Marschner, Li, Torrance 2007, Eq. 23; Heitz 2014, Eq. 98",
     file: "smith_uncorrelated",
     cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
-    g_over_n_dot_v: |d| g_over_n_dot_v(d.n_dot_l, d.n_dot_v, d.sigma_l, d.sigma_v),
+    g_over_n_dot_v,
+    bounded: Bounded::Always,
+    smith: true,
+    kinks: None,
+    outer: 24,
+    crowd: 1,
+    azimuth: 10,
+    crowd_horizon: false,
+    note: None,
+    diverges_at_grazing: false,
 };
 
-/// G/(n·v) with G = G1(l) G1(v), G1 = 1/(1 + Λ) (Walter et al. 2007, Eq. 23), written with sigma = n·x (1 + Λ).
-/// Domain: n_dot_l, n_dot_v in [0, 1], sigma_x ≥ n_dot_x. `_n_dot_v` cancels; it stays so that all geometry terms share
-/// a signature. GLSL twin `shaders/term/visibility/smith_uncorrelated.glsl`.
-pub fn g_over_n_dot_v(n_dot_l: f64, _n_dot_v: f64, sigma_l: f64, sigma_v: f64) -> f64 {
-    n_dot_l / (sigma_l * sigma_v)
+/// G/(n·v) with G = G1(l) G1(v), G1 = 1/(1 + Λ) (Walter et al. 2007, Eq. 23), written with sigma = n·x (1 + Λ), so that
+/// n·v cancels. Domain: n_dot_l in [0, 1], sigma_x ≥ n_dot_x.
+/// GLSL twin `shaders/term/visibility/smith_uncorrelated.glsl`.
+pub fn g_over_n_dot_v(d: &Directions) -> f64 {
+    d.n_dot_l / (d.sigma_l * d.sigma_v)
 }

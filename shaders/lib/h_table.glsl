@@ -1,0 +1,16 @@
+// What every kernel of the h-split rule shares: a grid of texels, one invocation a texel, whose outer nodes and rows are
+// laid out by src/rule/h_split.rs.
+
+layout(local_size_x = 64) in;
+
+layout(std430, set = 0, binding = 0) readonly buffer NDotV { float n_dot_v_of[]; };
+// A row's distribution: (alpha, three numbers of the map), (power, linear, 0, 0), then the coefficients of Smith's function.
+layout(std430, set = 0, binding = 1) readonly buffer Rows { vec4 row_of[]; };
+// Outer nodes of all texels, (tan theta_h, weight) each.
+layout(std430, set = 0, binding = 2) readonly buffer Nodes { vec2 nodes[]; };
+// Texel i owns the nodes from first_node[i] to first_node[i + 1].
+layout(std430, set = 0, binding = 3) readonly buffer FirstNode { uint first_node[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer Result { float result[]; };
+
+// A slice of the grid: texels [first, first + count), rows of `columns` texels with n_dot_v along them.
+layout(push_constant) uniform Slice { uint columns; uint first; uint count; } slice;

@@ -1,0 +1,153 @@
+//! The microfacet model that a table belongs to, and which rule computes it.
+
+use std::cell::RefCell;
+
+use super::{At, Tolerance};
+use crate::error::{Error, Result};
+use crate::ndf::{self, Given, Ndf, ggx};
+use crate::rule::cone::mirror;
+use crate::rule::cone_nodes;
+use crate::rule::h_split::{Outer, Row, h_split, outer};
+use crate::term::visibility::{self, Bounded, Visibility};
+
+/// D and G. F is in the channels.
+#[derive(Clone, Copy)]
+pub struct Model {
+    /// Distribution of normals.
+    pub ndf: Ndf,
+    /// Geometry term.
+    pub visibility: &'static Visibility,
+}
+
+/// A row and the model that it belongs to: neighbouring texels ask for the same one.
+type LastRow = Option<(&'static str, Given, &'static str, f64, Row)>;
+
+thread_local! {
+    static LAST_ROW: RefCell<LastRow> = const { RefCell::new(None) };
+    static NODES: RefCell<Vec<Outer>> = const { RefCell::new(vec![]) };
+}
+
+impl Model {
+    /// The model with these names; the distribution may have parameters, `NAME:parameter=value,…`.
+    pub fn parse(ndf: &str, visibility: &str) -> Result<Model> {
+        Ok(Model { ndf: ndf::parse(ndf)?, visibility: visibility::parse(visibility)? })
+    }
+
+    /// GGX with a smooth geometry term has a faster rule of its own.
+    pub fn uses_cone(&self) -> bool {
+        std::ptr::eq(self.ndf.family, &ggx::GGX) && self.visibility.kinks.is_none()
+    }
+
+    /// The rule's name and size, for certificates.
+    pub fn rule_name(&self) -> String {
+        if self.uses_cone() {
+            let (outer, inner) = (cone_nodes::OUTER, cone_nodes::INNER);
+            format!("cone {outer}x{inner}, {} nodes", outer * inner)
+        } else {
+            format!("h-split {}x{} a panel", self.visibility.outer, self.visibility.azimuth)
+        }
+    }
+
+    /// The f64 rule: directional albedo E with F = 1 and its part B weighted by (1 − v·h)⁵, as (E, B).
+    pub fn rule(&self, at: At) -> [f64; 2] {
+        if at.roughness == 0.0 && !self.ndf.is_fixed() {
+            return mirror(at.n_dot_v, self.visibility.g_over_n_dot_v);
+        }
+        if self.uses_cone() {
+            return (self.visibility.cone)(at.n_dot_v, ndf::alpha_of(at.roughness));
+        }
+        let row = self.row(at.roughness);
+        NODES.with_borrow_mut(|nodes| {
+            nodes.clear();
+            outer(&self.ndf, self.visibility, &row, at.n_dot_v, nodes);
+            h_split(self.visibility, &row, at.n_dot_v, nodes)
+        })
+    }
+
+    /// The row of a roughness; the last one of each thread is kept.
+    fn row(&self, roughness: f64) -> Row {
+        LAST_ROW.with_borrow_mut(|last| match last {
+            Some((family, given, visibility, of, row))
+                if *family == self.ndf.family.name
+                    && *given == self.ndf.given
+                    && *visibility == self.visibility.name
+                    && *of == roughness =>
+            {
+                *row
+            }
+            _ => {
+                let row = Row::new(&self.ndf, self.visibility, roughness);
+                *last = Some((self.ndf.family.name, self.ndf.given, self.visibility.name, roughness, row));
+                row
+            }
+        })
+    }
+
+    /// Is the albedo with F = 1 at most 1, whatever the direction?
+    pub fn bounded(&self) -> bool {
+        match self.visibility.bounded {
+            Bounded::Always => true,
+            Bounded::Unless(families) => !families.contains(&self.ndf.family.name),
+            Bounded::Never => false,
+        }
+    }
+
+    /// The largest value that a texel may hold: what half floats can, where the albedo may exceed 1.
+    pub fn largest(&self) -> f32 {
+        if self.bounded() { 1.0 } else { 65504.0 }
+    }
+
+    /// What a user should know: why the model is not a physical one.
+    pub fn note(&self) -> Option<String> {
+        let mut notes: Vec<&str> = self.visibility.note.into_iter().collect();
+        if self.visibility.note.is_none() && !self.bounded() {
+            notes.push("this pair of distribution and geometry term does not conserve energy everywhere");
+        }
+        if self.ndf.is_fixed() {
+            notes.push("the width of the distribution is given: every roughness holds the same values");
+        }
+        (!notes.is_empty()).then(|| notes.join("; "))
+    }
+
+    /// Refuses a limit that does not exist: at n·v = 0 if `at_grazing`, at roughness 0 if `at_mirror`.
+    pub fn check_limits(&self, at_grazing: bool, at_mirror: bool) -> Result<()> {
+        if at_grazing && self.visibility.diverges_at_grazing {
+            return Err(Error::usage(
+                format!(
+                    "with visibility '{}' the albedo grows like 1/(n.v): at n.v = 0 it is infinite",
+                    self.visibility.name
+                ),
+                "use --points centers",
+            ));
+        }
+        if at_mirror && self.ndf.family.flat.falling && !self.ndf.is_fixed() {
+            return Err(Error::usage(
+                format!(
+                    "'{}' has no limit at roughness 0: all of its facets would stand upright",
+                    self.ndf.family.name
+                ),
+                "use --points centers",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The bounds of a table of this model; `cone` are those of the cone rule with Smith's terms.
+    pub fn tolerance(&self, cone: &Tolerance) -> Tolerance {
+        if self.uses_cone() && self.visibility.smith {
+            return *cone;
+        }
+        let name = self.visibility.name;
+        let standard = ["ggx", "beckmann", "blinn-phong"].contains(&self.ndf.family.name)
+            && !["kelemen", "neubelt", "charlie", "beckmann-rational"].contains(&name);
+        let worst = if standard || self.uses_cone() {
+            2e-6
+        } else if name.starts_with("schlick") && !self.bounded() {
+            // k is small beside the tail of such a lobe: a boundary layer at the horizon that the rule cuts short.
+            2e-4
+        } else {
+            2e-5
+        };
+        Tolerance { worst, median: 0.25 * worst, near_zero: 2.0 * worst, why: "tests/truth.rs, tests/twins.rs" }
+    }
+}
