@@ -1,8 +1,8 @@
 //! Compiles every `shaders/**/*.comp` to SPIR-V and writes the tables of constants that shaders and Rust share.
 //!
-//! `#include "x.glsl"` reads `shaders/x.glsl`. `#include <ndf>`, `#include <visibility>` and `#include <zonal>` stand for
-//! one file of `shaders/ndf`, `shaders/term/visibility` or `shaders/term/zonal`: a shader that uses one is compiled once
-//! per file there and is called `path/name+file`. `#include <cone_nodes>` and `#include <azimuth_nodes>` read the node
+//! `#include "x.glsl"` reads `shaders/x.glsl`. `#include <ndf>`, `<visibility>`, `<fresnel>` and `<zonal>` stand for one file
+//! of `shaders/ndf`, `shaders/term/visibility`, `shaders/term/fresnel` or `shaders/term/zonal`: a shader that uses some is
+//! compiled once per combination and is called `path/name+file+file`. `#include <cone_nodes>` and `#include <azimuth_nodes>` read the node
 //! tables that this script generates.
 
 use std::collections::BTreeMap;
@@ -22,7 +22,8 @@ mod azimuth_nodes;
 mod cone_nodes;
 
 /// What `#include <slot>` may stand for.
-const SLOTS: [(&str, &str); 3] = [("ndf", "ndf"), ("visibility", "term/visibility"), ("zonal", "term/zonal")];
+const SLOTS: [(&str, &str); 4] =
+    [("ndf", "ndf"), ("visibility", "term/visibility"), ("fresnel", "term/fresnel"), ("zonal", "term/zonal")];
 
 fn main() {
     let root = PathBuf::from("shaders");
@@ -36,7 +37,8 @@ fn main() {
     collect(&root, "comp", &mut sources);
     sources.sort();
 
-    let mut rust = String::from("/// Every compiled shader by name.\npub static SHADERS: &[(&str, &[u32])] = &[\n");
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    let mut rust = String::from("/// Every compiled shader by name.\npub static SHADERS: &[(&str, &[u8])] = &[\n");
     for source in &sources {
         let text = read(source);
         let name = source.strip_prefix(&root).expect("under shaders").with_extension("");
@@ -60,12 +62,13 @@ fn main() {
                 .collect();
         }
         for (name, chosen) in variants {
-            let words = compile(&compiler, &root, source, &text, &chosen, &generated);
-            writeln!(rust, "    ({name:?}, &{words:?}),").expect("writing to a string");
+            let bytes = compile(&compiler, &root, source, &text, &chosen, &generated);
+            let file = format!("{}.spv", name.replace('/', "-"));
+            std::fs::write(out.join(&file), bytes).expect("OUT_DIR is writable");
+            writeln!(rust, "    ({name:?}, include_bytes!({file:?})),").expect("writing to a string");
         }
     }
     rust.push_str("];\n");
-    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     std::fs::write(out.join("shaders.rs"), rust).expect("OUT_DIR is writable");
 }
 
@@ -76,7 +79,7 @@ fn compile(
     text: &str,
     chosen: &BTreeMap<&str, String>,
     generated: &BTreeMap<&str, String>,
-) -> Vec<u32> {
+) -> Vec<u8> {
     let mut options = shaderc::CompileOptions::new().expect("shaderc has options");
     options.set_optimization_level(shaderc::OptimizationLevel::Performance);
     options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_1 as u32);
@@ -94,7 +97,7 @@ fn compile(
     });
     let name = source.to_string_lossy();
     match compiler.compile_into_spirv(text, shaderc::ShaderKind::Compute, &name, "main", Some(&options)) {
-        Ok(binary) => binary.as_binary().to_vec(),
+        Ok(binary) => binary.as_binary_u8().to_vec(),
         Err(e) => {
             eprintln!("{e}");
             println!("cargo::error=shader {name}: {}", e.to_string().replace('\n', " "));

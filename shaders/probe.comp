@@ -1,24 +1,18 @@
 #version 450
 // Evaluates one shared function at many inputs, so that the host can compare it with its Rust twin.
 
+#include "lib/probe.glsl"
 #include "ndf/ggx.glsl"
 #include "term/cube.glsl"
-#include "term/fresnel.glsl"
 #include "term/trig.glsl"
 #include "term/zonal/ggx.glsl"
 #include <visibility>
-
-layout(local_size_x = 64) in;
-layout(std430, set = 0, binding = 0) readonly buffer Input { float inputs[][8]; };
-layout(std430, set = 0, binding = 1) writeonly buffer Output { float outputs[]; };
-layout(push_constant) uniform Push { uint function; uint count; uint echo; } push;
 
 float evaluate(float x[8]) {
     switch (push.function) {
     case 0u: return d(x[0], x[1], x[2]);
     case 1u: return stretch(x[0], x[1]);
     case 2u: return sigma(x[0], x[1]);
-    case 3u: return schlick_weight(x[0]);
     case 4u: return sin_quarter(x[0]);
     case 5u: return atan_unit(x[0]);
     case 6u: return half_acos(x[0]);
@@ -32,11 +26,5 @@ float evaluate(float x[8]) {
 #endif
     // The push block as the device sees it.
     default: return float(push.function) + float(push.count) + float(push.echo);
-    }
-}
-
-void main() {
-    if (gl_GlobalInvocationID.x < push.count) {
-        outputs[gl_GlobalInvocationID.x] = evaluate(inputs[gl_GlobalInvocationID.x]);
     }
 }

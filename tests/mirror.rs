@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use brdf_baker::bake::TABLES;
 use brdf_baker::shaders::SHADERS;
+use brdf_baker::term::fresnel;
 use brdf_baker::term::visibility::VISIBILITIES;
 
 fn root() -> &'static Path {
@@ -110,13 +110,25 @@ fn every_shader_is_compiled() {
 }
 
 #[test]
-fn every_table_has_a_shader_per_visibility() {
-    assert_eq!(TABLES.len(), 3);
+fn every_rule_has_a_shader_per_geometry_and_fresnel_term() {
     for visibility in VISIBILITIES {
-        for table in ["split_sum", "albedo", "h_split"] {
-            let name = format!("bake/{table}+{}", visibility.file);
-            assert!(SHADERS.iter().any(|(n, _)| *n == name), "{name} is not compiled");
+        for fresnel in fresnel::TERMS {
+            for rule in ["cone", "h_split"] {
+                let name = format!("bake/{rule}+{}+{}", visibility.file, fresnel.file);
+                assert!(SHADERS.iter().any(|(n, _)| *n == name), "{name} is not compiled");
+            }
         }
+    }
+}
+
+#[test]
+fn fresnel_terms_state_the_same_rule_on_both_sides() {
+    for term in fresnel::TERMS {
+        let glsl = read(&root().join("shaders/term/fresnel").join(term.file).with_extension("glsl"));
+        assert!(glsl.contains(&format!("#define FRESNEL_KINKS {}\n", u32::from(term.kink.is_some()))), "{}", term.name);
+        let nodes = term.azimuth.map(|size| format!("#define FRESNEL_AZIMUTH_NODES NODES_{size}_FAR\n"));
+        assert_eq!(glsl.contains("FRESNEL_AZIMUTH_NODES"), nodes.is_some(), "{}", term.name);
+        assert!(nodes.is_none_or(|nodes| glsl.contains(&nodes)), "{}", term.name);
     }
 }
 

@@ -7,11 +7,12 @@ use brdf_baker::gpu::Gpu;
 use brdf_baker::ndf::{alpha_of, ggx};
 use brdf_baker::progress::ignore;
 use brdf_baker::shaders::spirv;
+use brdf_baker::term::fresnel::{self, Fresnel};
 use brdf_baker::term::visibility::{self, Directions, VISIBILITIES};
-use brdf_baker::term::{cube, fresnel, trig, zonal};
+use brdf_baker::term::{cube, trig, zonal};
 
 mod common;
-use common::{NDFS, Random, on_gpu};
+use common::{FRESNELS, NDFS, Random, on_gpu};
 
 const PROBES: usize = 4096;
 
@@ -31,8 +32,8 @@ struct Push {
 }
 
 /// Values of a shared function on the device.
-fn probe(gpu: &Gpu, visibility: &str, function: u32, inputs: &[[f32; 8]]) -> Vec<f32> {
-    let kernel = gpu.kernel("probe", spirv(&format!("probe+{visibility}")), 2, 12).unwrap();
+fn probe(gpu: &Gpu, shader: &str, function: u32, inputs: &[[f32; 8]]) -> Vec<f32> {
+    let kernel = gpu.kernel("probe", &spirv(shader), 2, 12).unwrap();
     let (input, output) =
         (gpu.upload("inputs", inputs).unwrap(), gpu.buffer("outputs", 4 * inputs.len() as u64).unwrap());
     let push = Push { function, count: inputs.len() as u32, echo: 1000 };
@@ -43,7 +44,6 @@ fn probe(gpu: &Gpu, visibility: &str, function: u32, inputs: &[[f32; 8]]) -> Vec
 /// A shared function: its number in the probe, its inputs, its twin, and its bound.
 struct Term {
     name: &'static str,
-    visibility: &'static str,
     function: u32,
     input: fn(&mut Random) -> [f32; 8],
     twin: fn([f64; 8]) -> f64,
@@ -82,17 +82,9 @@ fn unpack(x: [f64; 8]) -> Directions {
 }
 
 const TERMS: &[Term] = &[
-    Term {
-        name: "d",
-        visibility: "smith",
-        function: 0,
-        input: half_vector,
-        twin: |x| ggx::d(x[0], x[1], x[2]),
-        worst: 6e-7,
-    },
+    Term { name: "d", function: 0, input: half_vector, twin: |x| ggx::d(x[0], x[1], x[2]), worst: 6e-7 },
     Term {
         name: "stretch",
-        visibility: "smith",
         function: 1,
         input: |r| [unit(r) as f32, unit(r) as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         twin: |x| ggx::stretch(x[0], x[1]),
@@ -100,23 +92,13 @@ const TERMS: &[Term] = &[
     },
     Term {
         name: "sigma",
-        visibility: "smith",
         function: 2,
         input: |r| [unit(r) as f32, unit(r) as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         twin: |x| ggx::sigma(x[0], x[1]),
         worst: 2e-7,
     },
     Term {
-        name: "schlick_weight",
-        visibility: "smith",
-        function: 3,
-        input: |r| [unit(r) as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        twin: |x| fresnel::schlick_weight(x[0]),
-        worst: 4e-7,
-    },
-    Term {
         name: "sin_quarter",
-        visibility: "smith",
         function: 4,
         input: |r| [(std::f64::consts::FRAC_PI_2 * unit(r)) as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         twin: |x| trig::sin_quarter(x[0]),
@@ -124,7 +106,6 @@ const TERMS: &[Term] = &[
     },
     Term {
         name: "atan_unit",
-        visibility: "smith",
         function: 5,
         input: |r| [unit(r) as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         twin: |x| trig::atan_unit(x[0]),
@@ -132,7 +113,6 @@ const TERMS: &[Term] = &[
     },
     Term {
         name: "half_acos",
-        visibility: "smith",
         function: 6,
         input: |r| [(0.999 - 1.998 * unit(r)) as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         twin: |x| trig::half_acos(x[0]),
@@ -140,7 +120,6 @@ const TERMS: &[Term] = &[
     },
     Term {
         name: "direction",
-        visibility: "smith",
         function: 7,
         input: |r| {
             let (face, s, t) = ((6.0 * r.next()).floor(), 2.0 * r.next() - 1.0, 2.0 * r.next() - 1.0);
@@ -151,7 +130,6 @@ const TERMS: &[Term] = &[
     },
     Term {
         name: "over_node",
-        visibility: "smith",
         function: 8,
         input: node,
         twin: |x| zonal::ggx::over_node(x[0], 1.0 - 2.0 * x[0], x[1], x[2], x[3])[0],
@@ -159,7 +137,6 @@ const TERMS: &[Term] = &[
     },
     Term {
         name: "over_node",
-        visibility: "smith",
         function: 9,
         input: node,
         twin: |x| zonal::ggx::over_node(x[0], 1.0 - 2.0 * x[0], x[1], x[2], x[3])[1],
@@ -175,9 +152,9 @@ fn node(random: &mut Random) -> [f32; 8] {
 
 #[test]
 fn every_shared_function_is_probed() {
-    // The geometry terms have a test of their own, over their registry.
+    // The geometry and Fresnel terms have tests of their own, over their registries.
     let probed: Vec<&str> = TERMS.iter().map(|t| t.name).collect();
-    for ndf_or_term in ["ndf/ggx", "term/cube", "term/fresnel", "term/trig", "term/zonal/ggx"] {
+    for ndf_or_term in ["ndf/ggx", "term/cube", "term/trig", "term/zonal/ggx"] {
         let path = format!("{}/shaders/{ndf_or_term}.glsl", env!("CARGO_MANIFEST_DIR"));
         let source = std::fs::read_to_string(path).unwrap();
         for line in source.lines().filter(|l| l.starts_with("float ") || l.starts_with("vec")) {
@@ -193,7 +170,7 @@ fn shared_functions_agree_with_their_twins() {
         for term in TERMS {
             let mut random = Random(11);
             let inputs: Vec<[f32; 8]> = (0..PROBES).map(|_| (term.input)(&mut random)).collect();
-            let found = probe(vulkan(backend), term.visibility, term.function, &inputs);
+            let found = probe(vulkan(backend), "probe+smith", term.function, &inputs);
             let worst = inputs
                 .iter()
                 .zip(&found)
@@ -214,7 +191,7 @@ fn geometry_terms_agree_with_their_twins() {
         for v in VISIBILITIES {
             let mut random = Random(12);
             let inputs: Vec<[f32; 8]> = (0..PROBES).map(|_| directions(&mut random)).collect();
-            let found = probe(vulkan(backend), v.file, 10, &inputs);
+            let found = probe(vulkan(backend), &format!("probe+{}", v.file), 10, &inputs);
             let mut worst = 0.0;
             for (x, found) in inputs.iter().zip(&found) {
                 let expected = (v.g_over_n_dot_v)(&unpack(x.map(f64::from)));
@@ -242,7 +219,9 @@ fn geometry_terms_agree_with_their_twins() {
                         [tan_h, mu, (1.0 - mu * mu).sqrt(), alpha, 0.0, 0.0, 0.0, 0.0].map(|x| x as f32)
                     })
                     .collect();
-                for (x, found) in inputs.iter().zip(probe(vulkan(backend), v.file, function, &inputs)) {
+                for (x, found) in
+                    inputs.iter().zip(probe(vulkan(backend), &format!("probe+{}", v.file), function, &inputs))
+                {
                     let y = x.map(f64::from);
                     let expected = (kinks.azimuth)(y[0], y[1], y[2], y[3])[i];
                     // A panel's end may be off by this without a trace in the table.
@@ -252,6 +231,98 @@ fn geometry_terms_agree_with_their_twins() {
             }
         }
     });
+}
+
+#[test]
+fn fresnel_terms_agree_with_their_twins() {
+    on_gpu(|backend| {
+        for text in FRESNELS {
+            let fresnel = Fresnel::parse(text).unwrap();
+            let fresnel::Optics { eta, k } = fresnel.optics;
+            let shader = format!("probe_fresnel+{}", fresnel.term.file);
+            let mut random = Random(13);
+            let inputs: Vec<[f32; 8]> = (0..PROBES)
+                .map(|_| {
+                    let c = [random.next(), unit(&mut random)][usize::from(random.next() < 0.5)];
+                    [c, eta[0], eta[1], eta[2], k[0], k[1], k[2], 0.0].map(|x| x as f32)
+                })
+                .collect();
+            for (i, bound) in [0.0, 6e-7, 6e-7, 6e-7].into_iter().enumerate() {
+                let found = probe(vulkan(backend), &shader, i as u32, &inputs);
+                let mut worst = 0.0;
+                for (x, found) in inputs.iter().zip(&found) {
+                    let x = x.map(f64::from);
+                    let optics = fresnel::Optics { eta: [x[1], x[2], x[3]], k: [x[4], x[5], x[6]] };
+                    let expected = (fresnel.term.weights)(x[0], &optics)[i];
+                    let error = (f64::from(*found) - expected).abs();
+                    // Next to the critical angle a reflectance is as steep as a root.
+                    let steep = fresnel.kink().map_or(0.0, |vc| 3e-7 / (x[0] - vc).abs().max(1e-7).sqrt());
+                    if error.is_nan() || error - steep > worst {
+                        worst = error - steep;
+                    }
+                }
+                println!("{text} {i}: {worst:.1e} on {}", backend.name());
+                assert!(worst <= bound, "{text} {i}: {worst:e}, bound {bound:e}");
+            }
+            if fresnel.kink().is_none() {
+                continue;
+            }
+            let inputs: Vec<[f32; 8]> = (0..PROBES)
+                .map(|_| {
+                    let (tan_h, mu) = (0.1 / unit(&mut random), 0.999 * unit(&mut random));
+                    [tan_h, eta[0], 0.0, 0.0, mu, (1.0 - mu * mu).sqrt(), 0.0, 0.0].map(|x| x as f32)
+                })
+                .collect();
+            for (x, found) in inputs.iter().zip(probe(vulkan(backend), &shader, 4, &inputs)) {
+                let x = x.map(f64::from);
+                let optics = fresnel::Optics { eta: [x[1]; 3], k: [0.0; 3] };
+                let expected = fresnel::internal::fresnel_kink(x[0], x[4], x[5], &optics);
+                let error = (f64::from(found) - expected).abs();
+                assert!(error <= 1e-4 + 1e-5 * expected.abs(), "{x:?}: {found}, {expected}");
+            }
+        }
+    });
+}
+
+#[test]
+fn every_fresnel_term_agrees_with_its_twin() {
+    on_gpu(|backend| {
+        for text in FRESNELS {
+            for (ndf, visibility) in [("ggx", "smith"), ("ggx", "cook-torrance"), ("beckmann", "smith")] {
+                let request = TableRequest {
+                    ndf: ndf.into(),
+                    visibility: visibility.into(),
+                    fresnel: Some(Fresnel::parse(text).unwrap()),
+                    size: (32, 24),
+                    ..TableRequest::new("albedo")
+                };
+                agrees(&request, backend);
+            }
+        }
+    });
+}
+
+/// The table that a device bakes is the twin's, to the bounds of the job.
+fn agrees(request: &TableRequest, backend: &Backend) {
+    let job = request.resolve().unwrap();
+    let what = format!("{} {} {}", job.model.ndf, job.model.visibility.name, job.model.fresnel);
+    let tolerance = job.tolerance();
+    let texture = job.run(backend, &mut ignore).unwrap();
+    let (width, height) = job.size();
+    let mut errors = vec![];
+    for y in 0..height {
+        for x in 0..width {
+            for (found, expected) in texture.texel(0, 0, x, y).iter().zip(job.rule(job.at(x, y))) {
+                let error = (f64::from(*found) - expected).abs() / expected.abs().max(1.0);
+                assert!(error <= tolerance.worst, "{what} ({x}, {y}): {error:e}");
+                errors.push(error);
+            }
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let (worst, median) = (errors[errors.len() - 1], errors[errors.len() / 2]);
+    println!("{what}: worst {worst:.1e}, median {median:.1e}");
+    assert!(median <= 5e-7, "{what}: median {median:e}");
 }
 
 #[test]
@@ -265,23 +336,7 @@ fn every_model_agrees_with_its_twin() {
                     size: (32, 24),
                     ..TableRequest::new("split-sum")
                 };
-                let job = request.resolve().unwrap();
-                let tolerance = job.tolerance();
-                let texture = job.run(backend, &mut ignore).unwrap();
-                let mut errors = vec![];
-                for y in 0..24 {
-                    for x in 0..32 {
-                        for (found, expected) in texture.texel(0, 0, x, y).iter().zip(job.rule(job.at(x, y))) {
-                            let error = (f64::from(*found) - expected).abs() / expected.abs().max(1.0);
-                            assert!(error <= tolerance.worst, "{text} {} ({x}, {y}): {error:e}", visibility.name);
-                            errors.push(error);
-                        }
-                    }
-                }
-                errors.sort_by(f64::total_cmp);
-                let (worst, median) = (errors[errors.len() - 1], errors[errors.len() / 2]);
-                println!("{text} {}: worst {worst:.1e}, median {median:.1e}", visibility.name);
-                assert!(median <= 5e-7, "{text} {}: median {median:e}", visibility.name);
+                agrees(&request, backend);
             }
         }
     });
@@ -290,7 +345,7 @@ fn every_model_agrees_with_its_twin() {
 #[test]
 fn push_block_is_echoed() {
     on_gpu(|backend| {
-        let found = probe(vulkan(backend), "smith", 99, &[[0.0; 8]; 3]);
+        let found = probe(vulkan(backend), "probe+smith", 99, &[[0.0; 8]; 3]);
         assert_eq!(found, [99.0 + 3.0 + 1000.0; 3]);
     });
 }
@@ -348,23 +403,11 @@ fn any_slices_give_the_same_bytes() {
     on_gpu(|backend| {
         let axis = Axis { coordinate: Coordinate::NDotV, points: Points::Centers, len: 48, reversed: false };
         let places = axis.coordinates();
-        let bake = |[ndf, visibility, kernel]: [&str; 3], first_slice| {
-            let grid = Grid {
-                stage: "slices",
-                n_dot_v: &places,
-                roughness: &places,
-                channels: 2,
-                first_slice: Some(first_slice),
-            };
-            let model = Model::parse(ndf, visibility).unwrap();
-            let rule = |_, _: &mut [f32]| unreachable!("on the GPU");
-            grid.run(backend, kernel, &model, rule, &mut ignore).unwrap()
+        let bake = |[ndf, visibility]: [&str; 2], first_slice| {
+            let grid = Grid { stage: "slices", n_dot_v: &places, roughness: &places, first_slice: Some(first_slice) };
+            grid.run(backend, &Model::parse(ndf, visibility).unwrap(), &mut ignore).unwrap()
         };
-        for model in [
-            ["ggx", "smith", "bake/split_sum+smith"],
-            ["beckmann", "smith", "bake/h_split+smith"],
-            ["ggx", "cook-torrance", "bake/h_split+cook_torrance"],
-        ] {
+        for model in [["ggx", "smith"], ["beckmann", "smith"], ["ggx", "cook-torrance"]] {
             let whole = bake(model, 48 * 48);
             assert!(whole.iter().all(|v| v.is_finite()));
             for slice in [64, 1000] {
@@ -435,7 +478,7 @@ fn axes_and_flip_move_texels_and_change_none() {
 fn validation_layer_is_listening() {
     let Some(gpu) = common::gpu() else { return };
     // The probe uses two buffers; a layout with one is a mistake that the layer must report.
-    let broken = gpu.kernel("broken", spirv("probe+smith"), 1, 12);
+    let broken = gpu.kernel("broken", &spirv("probe+smith"), 1, 12);
     drop(broken);
     assert!(gpu.check_messages().is_err());
     assert!(!gpu.close().is_empty());

@@ -1,5 +1,7 @@
-// What every kernel of the h-split rule shares: a grid of texels, one invocation a texel, whose outer nodes and rows are
-// laid out by src/rule/h_split.rs.
+// What the h-split rule's kernels share: a grid of texels, one invocation a texel, whose outer nodes and rows are laid out
+// by src/rule/h_split.rs.
+
+#include "lib/slice.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -10,7 +12,4 @@ layout(std430, set = 0, binding = 1) readonly buffer Rows { vec4 row_of[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Nodes { vec2 nodes[]; };
 // Texel i owns the nodes from first_node[i] to first_node[i + 1].
 layout(std430, set = 0, binding = 3) readonly buffer FirstNode { uint first_node[]; };
-layout(std430, set = 0, binding = 4) writeonly buffer Result { float result[]; };
-
-// A slice of the grid: texels [first, first + count), rows of `columns` texels with n_dot_v along them.
-layout(push_constant) uniform Slice { uint columns; uint first; uint count; } slice;
+layout(std430, set = 0, binding = 4) writeonly buffer Result { vec4 result[]; };

@@ -1,8 +1,7 @@
 // The cone rule for GGX lobes: the derivation is in the Rust twin, src/rule/cone.rs. Names are the same there.
-// The including shader declares `ConeOuter nodes[]` as `cone_outer` and includes a geometry term before.
+// The including shader declares the buffers of lib/table.glsl and includes a geometry term and a Fresnel term before.
 
 #include "ndf/ggx.glsl"
-#include "term/fresnel.glsl"
 #include "term/trig.glsl"
 #include "rule/mirror.glsl"
 #include <cone_nodes>
@@ -17,7 +16,7 @@
     float v_dot_h = cos_h * q * inverse_n; \
     float f = (u) * q * g_over_n_dot_v( \
         Directions(n_dot_l, mu, hz * inverse_n, v_dot_h, sigma(n_dot_l, alpha), sigma_v, alpha)); \
-    row += f * vec2(1.0, schlick_weight(1.0 - v_dot_h)); \
+    row += f * weights(v_dot_h, optics); \
 }
 
 #define CONE_PAIR(x, o, u) { \
@@ -29,13 +28,14 @@
     CONE_NODE(-tan_d, u) \
 }
 
-// Directional albedo E with F = 1 and its part B weighted by (1 - v.h)^5. Domain: n_dot_v, alpha in [0, 1].
-vec2 cone(float n_dot_v, float alpha) {
+// Directional albedo with F replaced by each Fresnel weight. Domain: n_dot_v, alpha in [0, 1].
+vec4 cone(float n_dot_v, float alpha) {
+    Optics optics = Optics(slice.eta.rgb, slice.k.rgb);
     float mu = n_dot_v;
     float sv2 = (1.0 - mu) * (1.0 + mu);
     float sv = sqrt(sv2);
     if (alpha == 0.0) {
-        return mirror(mu);
+        return mirror(mu, optics);
     }
 
     // The cone's axes and size; a trailing `_mu` marks a quantity multiplied by mu.
@@ -53,7 +53,7 @@ vec2 cone(float n_dot_v, float alpha) {
     float am = 1.57079632679490 - beta;
     float sigma_v = sigma(mu, alpha);
 
-    vec2 sum = vec2(0.0);
+    vec4 sum = vec4(0.0);
     for (uint i = 0u; i < CONE_OUTER; i++) {
         // One latitude: e is the angle from the cone's edge.
         vec4 node = cone_outer[i];
@@ -66,7 +66,7 @@ vec2 cone(float n_dot_v, float alpha) {
         float s = sqrt(s2);
         float k_scale = 2.0 * p_mu * cos2_a * s2;
 
-        vec2 row = vec2(0.0);
+        vec4 row = vec4(0.0);
         CONE_PAIRS(CONE_PAIR)
         sum += node.z * cos2_a * s * row;
     }

@@ -1,16 +1,17 @@
 //! Directional albedo E(n·v, roughness) = ∫ f (n·l) dω_l with F = 1: the share of light that single scattering keeps.
-//! 1 − E is what energy compensation has to give back (Kulla and Conty 2017).
+//! 1 − E is what energy compensation has to give back (Kulla and Conty 2017). With an exact Fresnel term it is the share
+//! that a smooth-faceted dielectric or metal reflects.
 //!
-//! Limits: 1 at roughness 0; 1 at n·v = 0 with height-correlated Smith; 1 − ln 2 at n·v = 1, roughness 1.
-//! Kernel: `shaders/bake/albedo.comp`.
+//! Limits with F = 1: 1 at roughness 0; 1 at n·v = 0 with height-correlated Smith; 1 − ln 2 at n·v = 1, roughness 1.
+//! Kernels: `shaders/bake/cone.comp`, `shaders/bake/h_split.comp`.
 
 use super::grid::Grid;
-use super::split_sum::bake_pairs;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::Result;
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
+use crate::term::fresnel::Fresnel;
 use crate::verify::truth;
 
 /// The table.
@@ -18,11 +19,16 @@ pub struct Albedo;
 
 static FACTS: Facts = Facts {
     name: "albedo",
-    about: "directional albedo with F = 1, for energy compensation",
+    about: "directional albedo, for energy compensation: with F = 1, an exact dielectric or an exact conductor",
     source: "Kulla, Conty 2017, Revisiting Physically Based Shading at Imageworks",
     usage: "energy lost by single scattering = 1 - albedo",
-    channels: &[Channel { name: "albedo", meaning: "directional albedo with F = 1", range: [0.0, 1.0] }],
-    default_channels: &["albedo"],
+    channels: |fresnel| match fresnel.term.name {
+        "dielectric" | "internal" => &CHANNELS[..2],
+        "conductor" => &CONDUCTOR_CHANNELS,
+        _ => &CHANNELS[..1],
+    },
+    default_channels,
+    fresnel: Fresnel::ONE,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
     rule: Model::rule_name,
     tolerance: Tolerance {
@@ -33,19 +39,26 @@ static FACTS: Facts = Facts {
     },
 };
 
-/// Directional albedo over the whole grid; [`super::average_albedo`] integrates it further.
-pub(super) fn bake_grid(
-    grid: &Grid<'_>,
-    model: &Model,
-    backend: &Backend,
-    on: &mut OnProgress<'_>,
-) -> Result<Vec<f32>> {
-    if !model.uses_cone() {
-        let pairs = bake_pairs(&Grid { channels: 2, ..*grid }, model, backend, on)?;
-        return Ok(pairs.chunks_exact(2).map(|p| p[0] + p[1]).collect());
+const fn channel(name: &'static str, meaning: &'static str) -> Channel {
+    Channel { name, meaning, range: [0.0, 1.0] }
+}
+
+static CHANNELS: [Channel; 2] =
+    [channel("albedo", "directional albedo with F = 1"), channel("reflected", "directional albedo with the exact F")];
+static CONDUCTOR_CHANNELS: [Channel; 4] = [
+    channel("albedo", "directional albedo with F = 1"),
+    channel("red", "directional albedo with the exact F of red"),
+    channel("green", "directional albedo with the exact F of green"),
+    channel("blue", "directional albedo with the exact F of blue"),
+];
+
+/// The channels that answer the question that was asked: F = 1 only where no Fresnel term was given.
+fn default_channels(fresnel: &Fresnel) -> &'static [&'static str] {
+    match fresnel.term.name {
+        "dielectric" | "internal" => &["reflected"],
+        "conductor" => &["red", "green", "blue"],
+        _ => &["albedo"],
     }
-    let rule = |at, out: &mut [f32]| out[0] = model.rule(at)[0] as f32;
-    grid.run(backend, &format!("bake/albedo+{}", model.visibility.file), model, rule, on)
 }
 
 impl Table for Albedo {
@@ -54,12 +67,11 @@ impl Table for Albedo {
     }
 
     fn rule(&self, model: &Model, at: At) -> Values {
-        [model.rule(at)[0], 0.0, 0.0]
+        model.rule(at)
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
-        let t = truth::albedo(model, at.n_dot_v, at.roughness, tolerance);
-        Estimate { value: [t.value[0], 0.0, 0.0], error: t.error }
+        truth::albedo(model, at.n_dot_v, at.roughness, tolerance)
     }
 
     fn bake(
@@ -70,7 +82,6 @@ impl Table for Albedo {
         backend: &Backend,
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<f32>> {
-        let grid = Grid { stage: "albedo", n_dot_v, roughness, channels: 1, first_slice: None };
-        bake_grid(&grid, model, backend, on)
+        Grid { stage: "albedo", n_dot_v, roughness, first_slice: None }.run(backend, model, on)
     }
 }

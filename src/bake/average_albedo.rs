@@ -7,9 +7,8 @@
 //! The kernel is the directional albedo's: it runs at Gauss–Legendre nodes of x, mu = x², where E is smooth, and the
 //! host sums up in f64.
 
-use std::sync::LazyLock;
+use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::albedo::bake_grid;
 use super::grid::Grid;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
@@ -18,6 +17,7 @@ use crate::ndf::alpha_of;
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::{Estimate, integrate};
 use crate::quadrature::gauss_legendre::{Node, gauss_legendre};
+use crate::term::fresnel::Fresnel;
 use crate::verify::truth;
 
 /// The table.
@@ -26,24 +26,53 @@ pub struct AverageAlbedo;
 /// 16 nodes reach 6e-8 for height-correlated Smith at every roughness; 20 leave the cone rule's error alone.
 const NODES: usize = 20;
 
-/// n·v and weights of E in 2 ∫ E mu dmu.
-static RULE: LazyLock<Vec<Node>> = LazyLock::new(|| {
-    let map = |node: Node| {
-        let x = 0.5 * (1.0 + node.x);
-        Node { x: x * x, weight: 2.0 * node.weight * x * x * x }
+/// n·v and weights of E in 2 ∫ E mu dmu: Gauss–Legendre in √mu, on each side of the values at which E is not smooth.
+fn nodes(model: &Model) -> Vec<Node> {
+    let mut breaks = vec![0.0, 1.0];
+    if let Some(critical) = model.fresnel.kink() {
+        // Where the normal, the mirror direction's facet, and the horizon's reach the critical angle.
+        let sine = model.fresnel.optics.eta[0];
+        breaks.extend([critical, sine, 2.0 * sine * critical]);
+    }
+    if model.visibility.kinks.is_some() {
+        breaks.extend([0.5, FRAC_1_SQRT_2]);
+    }
+    breaks.sort_by(f64::total_cmp);
+    // At the critical angle E starts like a root.
+    let rooted = model.fresnel.kink().is_some();
+    let panel = |ends: &[f64]| {
+        let (from, width) = (ends[0].sqrt(), ends[1].sqrt() - ends[0].sqrt());
+        let map = move |node: Node| {
+            let (mut g, mut slope) = (0.5 * (1.0 + node.x), 1.0);
+            if rooted {
+                (g, slope) = (g * g * (3.0 - 2.0 * g), 6.0 * g * (1.0 - g));
+            }
+            let x = from + width * g;
+            Node { x: x * x, weight: 2.0 * width * slope * node.weight * x * x * x }
+        };
+        gauss_legendre(NODES).into_iter().map(map).collect::<Vec<_>>()
     };
-    gauss_legendre(NODES).into_iter().map(map).collect()
-});
+    breaks.windows(2).filter(|ends| ends[1] > ends[0]).flat_map(panel).collect()
+}
 
 static FACTS: Facts = Facts {
     name: "average-albedo",
     about: "hemispherical mean of the albedo over roughness, for energy compensation",
     source: "Kulla, Conty 2017, Revisiting Physically Based Shading at Imageworks",
     usage: "multiple scattering lobe = (1 - E(n_dot_l)) * (1 - E(n_dot_v)) / (pi * (1 - average))",
-    channels: &[Channel { name: "average", meaning: "2 * integral of albedo * n_dot_v", range: [0.0, 1.0] }],
-    default_channels: &["average"],
+    channels: |fresnel| match fresnel.term.name {
+        "dielectric" | "internal" => &CHANNELS[..2],
+        "conductor" => &CONDUCTOR_CHANNELS,
+        _ => &CHANNELS[..1],
+    },
+    default_channels: |fresnel| match fresnel.term.name {
+        "dielectric" | "internal" => &["reflected"],
+        "conductor" => &["red", "green", "blue"],
+        _ => &["average"],
+    },
+    fresnel: Fresnel::ONE,
     axes: &[Coordinate::Roughness],
-    rule: |model| format!("{NODES} Gauss-Legendre nodes of sqrt(n_dot_v) x {}", model.rule_name()),
+    rule: |model| format!("{} Gauss-Legendre nodes of sqrt(n_dot_v) x {}", nodes(model).len(), model.rule_name()),
     tolerance: Tolerance {
         worst: 1e-6,
         median: 2.5e-7,
@@ -52,14 +81,33 @@ static FACTS: Facts = Facts {
     },
 };
 
+const fn channel(name: &'static str, meaning: &'static str) -> Channel {
+    Channel { name, meaning, range: [0.0, 1.0] }
+}
+
+static CHANNELS: [Channel; 2] = [
+    channel("average", "2 * integral of albedo * n_dot_v, F = 1"),
+    channel("reflected", "2 * integral of albedo * n_dot_v, exact F"),
+];
+static CONDUCTOR_CHANNELS: [Channel; 4] = [
+    channel("average", "2 * integral of albedo * n_dot_v, F = 1"),
+    channel("red", "2 * integral of albedo * n_dot_v, exact F of red"),
+    channel("green", "2 * integral of albedo * n_dot_v, exact F of green"),
+    channel("blue", "2 * integral of albedo * n_dot_v, exact F of blue"),
+];
+
 impl Table for AverageAlbedo {
     fn facts(&self) -> &'static Facts {
         &FACTS
     }
 
     fn rule(&self, model: &Model, at: At) -> Values {
-        let e = |node: &Node| node.weight * model.rule(At { n_dot_v: node.x, ..at })[0];
-        [RULE.iter().map(e).sum(), 0.0, 0.0]
+        let mut sum = [0.0; MAX_CHANNELS];
+        for node in nodes(model) {
+            let e = model.rule(At { n_dot_v: node.x, ..at });
+            sum.iter_mut().zip(e).for_each(|(s, e)| *s += node.weight * e);
+        }
+        sum
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
@@ -74,7 +122,7 @@ impl Table for AverageAlbedo {
         breaks.reverse();
         let found = integrate(&breaks, 0.5 * tolerance, 100, |mu| {
             let e = truth::albedo(model, mu, at.roughness, 0.2 * tolerance);
-            Estimate { value: [2.0 * mu * e.value[0], 0.0, 0.0], error: 2.0 * mu * e.error }
+            Estimate { value: e.value.map(|e| 2.0 * mu * e), error: 2.0 * mu * e.error }
         });
         Estimate { error: found.error.max(tolerance), ..found }
     }
@@ -87,10 +135,17 @@ impl Table for AverageAlbedo {
         backend: &Backend,
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<f32>> {
-        let nodes: Vec<f64> = RULE.iter().map(|n| n.x).collect();
-        let grid = Grid { stage: "average-albedo", n_dot_v: &nodes, roughness, channels: 1, first_slice: None };
-        let e = bake_grid(&grid, model, backend, on)?;
-        let row = |e: &[f32]| e.iter().zip(RULE.iter()).map(|(e, n)| n.weight * f64::from(*e)).sum::<f64>() as f32;
-        Ok(e.chunks_exact(nodes.len()).map(row).collect())
+        let rule = nodes(model);
+        let n_dot_v: Vec<f64> = rule.iter().map(|n| n.x).collect();
+        let e = Grid { stage: "average-albedo", n_dot_v: &n_dot_v, roughness, first_slice: None }
+            .run(backend, model, on)?;
+        let row = |e: &[f32]| {
+            let of = |c: usize| {
+                e.iter().skip(c).step_by(MAX_CHANNELS).zip(&rule).map(|(e, n)| n.weight * f64::from(*e)).sum::<f64>()
+                    as f32
+            };
+            [of(0), of(1), of(2), of(3)]
+        };
+        Ok(e.chunks_exact(rule.len() * MAX_CHANNELS).flat_map(row).collect())
     }
 }

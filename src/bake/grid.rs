@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use bytemuck::Pod;
 use rayon::prelude::*;
 
 use super::slices::next_slice;
@@ -13,6 +14,7 @@ use crate::progress::{OnProgress, tick};
 use crate::rule::cone_nodes;
 use crate::rule::h_split::{Row, outer};
 use crate::shaders;
+use crate::term::fresnel::WEIGHTS;
 
 /// Invocations a workgroup, as in `shaders/lib/table.glsl`.
 const WORKGROUP: u32 = 64;
@@ -22,7 +24,7 @@ const FIRST_SLICE: u32 = 4096;
 const BAND_BYTES: u64 = 64 << 20;
 
 /// A band of the h-split rule has at most this many texels, whose nodes lie in memory.
-const NODES_BAND: usize = 1 << 15;
+const NODES_BAND: usize = 1 << 13;
 
 /// A grid to bake.
 #[derive(Clone, Copy)]
@@ -33,77 +35,81 @@ pub struct Grid<'a> {
     pub n_dot_v: &'a [f64],
     /// Roughness of each row.
     pub roughness: &'a [f64],
-    /// Values a texel.
-    pub channels: usize,
     /// Texels in the first slice; `None` starts small. Any choice gives the same bytes.
     pub first_slice: Option<u32>,
 }
 
+/// The push block of the table kernels, as in `shaders/lib/slice.glsl`.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Slice {
     columns: u32,
     first: u32,
     count: u32,
+    padding: u32,
+    eta: [f32; 4],
+    k: [f32; 4],
 }
 
 impl Grid<'_> {
-    /// Bakes with `kernel`, which is one of the rule that `model` uses, on a Vulkan device, or with `rule` on the processor.
-    pub fn run(
-        &self,
-        backend: &Backend,
-        kernel: &str,
-        model: &Model,
-        rule: impl Fn(At, &mut [f32]) + Sync,
-        on: &mut OnProgress<'_>,
-    ) -> Result<Vec<f32>> {
+    /// Bakes all weights of the model's Fresnel term, [`WEIGHTS`] values a texel, on a Vulkan device or the processor.
+    pub fn run(&self, backend: &Backend, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         match backend {
-            Backend::Cpu => self.on_cpu(rule, on),
-            Backend::Gpu(gpu) => self.on_gpu(gpu, kernel, model, on),
+            Backend::Cpu => self.on_cpu(model, on),
+            Backend::Gpu(gpu) => self.on_gpu(gpu, model, on),
         }
     }
 
-    fn on_cpu(&self, rule: impl Fn(At, &mut [f32]) + Sync, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+    fn on_cpu(&self, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         let columns = self.n_dot_v.len();
-        let mut out = vec![f32::NAN; columns * self.roughness.len() * self.channels];
+        let mut out = vec![f32::NAN; columns * self.roughness.len() * WEIGHTS];
         let slice = (FIRST_SLICE as usize).div_ceil(columns);
-        for (i, rows) in out.chunks_mut(slice * columns * self.channels).enumerate() {
+        for (i, rows) in out.chunks_mut(slice * columns * WEIGHTS).enumerate() {
             tick(on, self.stage, (i * slice) as f64 / self.roughness.len() as f64)?;
-            rows.par_chunks_mut(self.channels).enumerate().for_each(|(texel, out)| {
+            rows.par_chunks_mut(WEIGHTS).enumerate().for_each(|(texel, out)| {
                 let roughness = self.roughness[i * slice + texel / columns];
-                rule(At { n_dot_v: self.n_dot_v[texel % columns], roughness }, out);
+                let values = model.rule(At { n_dot_v: self.n_dot_v[texel % columns], roughness });
+                out.iter_mut().zip(values).for_each(|(o, v)| *o = v as f32);
             });
         }
         tick(on, self.stage, 1.0)?;
         Ok(out)
     }
 
-    fn on_gpu(&self, gpu: &Gpu, kernel: &str, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+    fn on_gpu(&self, gpu: &Gpu, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         let cone = model.uses_cone();
+        let name = model.kernel();
         let bindings = if cone { 4 } else { 5 };
-        let kernel = gpu.kernel(kernel, shaders::spirv(kernel), bindings, size_of::<Slice>() as u32)?;
+        let kernel = gpu.kernel(&name, &shaders::spirv(&name), bindings, size_of::<Slice>() as u32)?;
         let n_dot_v: Vec<f32> = self.n_dot_v.iter().map(|x| *x as f32).collect();
         let n_dot_v = gpu.upload("n_dot_v", &n_dot_v)?;
+        let padded = |x: [f64; 3]| [x[0] as f32, x[1] as f32, x[2] as f32, 0.0];
+        let (eta, k) = (padded(model.fresnel.optics.eta), padded(model.fresnel.optics.k));
 
         let columns = self.n_dot_v.len() as u32;
-        let row_bytes = u64::from(columns) * self.channels as u64 * 4;
+        let row_bytes = u64::from(columns) * size_of::<[f32; WEIGHTS]>() as u64;
         let band_rows = (BAND_BYTES / row_bytes).max(1) as usize;
         let band_rows = if cone { band_rows } else { (NODES_BAND / self.n_dot_v.len()).clamp(1, band_rows) };
         let total = f64::from(columns) * self.roughness.len() as f64;
-        let mut out = Vec::with_capacity(columns as usize * self.roughness.len() * self.channels);
+        let mut inputs = Inputs::default();
+        let mut out = Vec::with_capacity(columns as usize * self.roughness.len() * WEIGHTS);
         let mut slice = self.first_slice.unwrap_or(FIRST_SLICE);
         for band in self.roughness.chunks(band_rows) {
-            let inputs = if cone { cone_inputs(gpu, band)? } else { self.h_split_inputs(gpu, model, band)? };
+            if cone {
+                inputs.cone(gpu, band)?;
+            } else {
+                inputs.h_split(gpu, model, self.n_dot_v, band)?;
+            }
             let result = gpu.buffer("result", row_bytes * band.len() as u64)?;
-            let buffers: Vec<&Buffer> = std::iter::once(&n_dot_v).chain(&inputs).chain([&result]).collect();
+            let buffers: Vec<&Buffer> = std::iter::once(&n_dot_v).chain(&inputs.buffers).chain([&result]).collect();
             let texels = columns * band.len() as u32;
             let mut first = 0;
             while first < texels {
-                let done = (out.len() / self.channels) as f64 + f64::from(first);
+                let done = (out.len() / WEIGHTS) as f64 + f64::from(first);
                 tick(on, self.stage, done / total)?;
                 let count = slice.min(texels - first).min(MAX_GROUPS * WORKGROUP);
                 let start = Instant::now();
-                let push = Slice { columns, first, count };
+                let push = Slice { columns, first, count, padding: 0, eta, k };
                 gpu.dispatch(&kernel, &buffers, &push, [count.div_ceil(WORKGROUP), 1, 1])?;
                 slice = next_slice(count, start.elapsed(), WORKGROUP);
                 first += count;
@@ -113,43 +119,62 @@ impl Grid<'_> {
         tick(on, self.stage, 1.0)?;
         Ok(out)
     }
+}
+
+/// What a rule reads for a band of rows. Buffers live on from band to band: fresh memory costs more than filling it.
+#[derive(Default)]
+struct Inputs {
+    buffers: Vec<Buffer>,
+}
+
+impl Inputs {
+    /// Puts `data` into buffer `index`, which grows if it must.
+    fn put<T: Pod>(&mut self, gpu: &Gpu, index: usize, name: &str, data: &[T]) -> Result<()> {
+        let bytes = size_of_val(data) as u64;
+        match self.buffers.get_mut(index) {
+            Some(buffer) if buffer.size_bytes() >= bytes => gpu.write(buffer, data)?,
+            Some(buffer) => *buffer = gpu.upload(name, data)?,
+            None => self.buffers.push(gpu.upload(name, data)?),
+        }
+        Ok(())
+    }
+
+    /// The widths of a band and the nodes of the cone rule, as `shaders/lib/table.glsl` reads them.
+    fn cone(&mut self, gpu: &Gpu, band: &[f64]) -> Result<()> {
+        let alpha: Vec<f32> = band.iter().map(|r| alpha_of(*r) as f32).collect();
+        let nodes = cone_nodes::outer();
+        let nodes: Vec<[f32; 4]> = nodes.iter().map(|n| [n.near as f32, n.far as f32, n.weight as f32, 0.0]).collect();
+        self.put(gpu, 0, "alpha", &alpha)?;
+        self.put(gpu, 1, "cone nodes", &nodes)
+    }
 
     /// The rows and the polar nodes of a band, as `shaders/lib/h_table.glsl` reads them.
-    fn h_split_inputs(&self, gpu: &Gpu, model: &Model, band: &[f64]) -> Result<Vec<Buffer>> {
+    fn h_split(&mut self, gpu: &Gpu, model: &Model, n_dot_v: &[f64], band: &[f64]) -> Result<()> {
         let rows: Vec<_> = band
             .par_iter()
             .map(|roughness| {
                 let row = Row::new(&model.ndf, model.visibility, *roughness);
                 let (mut nodes, mut ends) = (vec![], vec![]);
-                for n_dot_v in self.n_dot_v {
-                    outer(&model.ndf, model.visibility, &row, *n_dot_v, &mut nodes);
+                for n_dot_v in n_dot_v {
+                    outer(&model.ndf, model.visibility, &model.fresnel, &row, *n_dot_v, &mut nodes);
                     ends.push(nodes.len() as u32);
                 }
-                let nodes: Vec<[f32; 2]> = nodes.iter().map(|n| [n.tan_h as f32, n.weight as f32]).collect();
                 (row.packed(), nodes, ends)
             })
             .collect();
         let mut first = vec![0];
-        let (mut packed, mut nodes) = (vec![], vec![]);
+        let mut packed = vec![];
+        let mut nodes: Vec<[f32; 2]> =
+            Vec::with_capacity(1 + rows.iter().map(|(_, nodes, _)| nodes.len()).sum::<usize>());
         for (row, of_row, ends) in &rows {
             first.extend(ends.iter().map(|end| nodes.len() as u32 + end));
             packed.push(*row);
-            nodes.extend_from_slice(of_row);
+            nodes.extend(of_row.iter().map(|n| [n.tan_h as f32, n.weight as f32]));
         }
         // A buffer is never empty, even where every lobe is a mirror.
         nodes.push([0.0; 2]);
-        Ok(vec![
-            gpu.upload("rows", packed.as_flattened())?,
-            gpu.upload("polar nodes", &nodes)?,
-            gpu.upload("first nodes", &first)?,
-        ])
+        self.put(gpu, 0, "rows", packed.as_flattened())?;
+        self.put(gpu, 1, "polar nodes", &nodes)?;
+        self.put(gpu, 2, "first nodes", &first)
     }
-}
-
-/// The widths of a band and the nodes of the cone rule, as `shaders/lib/table.glsl` reads them.
-fn cone_inputs(gpu: &Gpu, band: &[f64]) -> Result<Vec<Buffer>> {
-    let alpha: Vec<f32> = band.iter().map(|r| alpha_of(*r) as f32).collect();
-    let nodes = cone_nodes::outer();
-    let nodes: Vec<[f32; 4]> = nodes.iter().map(|n| [n.near as f32, n.far as f32, n.weight as f32, 0.0]).collect();
-    Ok(vec![gpu.upload("alpha", &alpha)?, gpu.upload("cone nodes", &nodes)?])
 }

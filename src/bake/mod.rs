@@ -16,10 +16,11 @@ use crate::axis::{Axis, Coordinate, Points};
 use crate::error::{Error, Result, nearest};
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
+use crate::term::fresnel::{Fresnel, WEIGHTS};
 use crate::texture::{Meta, Shape, Texture};
 
 /// Most channels that a table can compute.
-pub const MAX_CHANNELS: usize = 3;
+pub const MAX_CHANNELS: usize = WEIGHTS;
 
 /// One value per channel of a table, in the order of its [`Facts::channels`]; unused ones are 0.
 pub type Values = [f64; MAX_CHANNELS];
@@ -78,9 +79,11 @@ pub struct Facts {
     /// How a shader uses the channels.
     pub usage: &'static str,
     /// All channels that the table can hold.
-    pub channels: &'static [Channel],
+    pub channels: fn(&Fresnel) -> &'static [Channel],
     /// The channels that it holds unless told otherwise.
-    pub default_channels: &'static [&'static str],
+    pub default_channels: fn(&Fresnel) -> &'static [&'static str],
+    /// The Fresnel term unless told otherwise.
+    pub fresnel: Fresnel,
     /// Its axes, x first, unless told otherwise.
     pub axes: &'static [Coordinate],
     /// The rule and its number of nodes, for the file's certificate.
@@ -95,9 +98,14 @@ pub trait Table: Sync {
     fn facts(&self) -> &'static Facts;
     /// The deterministic rule in f64: what the CPU backend bakes, and the twin of the kernel.
     fn rule(&self, model: &Model, at: At) -> Values;
+    /// Refuses a model that the table cannot hold.
+    fn check(&self, _model: &Model) -> Result<()> {
+        Ok(())
+    }
     /// Independent adaptive integration, to about `tolerance`.
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS>;
-    /// All channels as `f32` for every roughness (rows) and every n·v (columns; one column if the table has no such axis).
+    /// [`MAX_CHANNELS`] values as `f32` for every roughness (rows) and every n·v (columns; one column if the table has no
+    /// such axis).
     fn bake(
         &self,
         model: &Model,
@@ -135,7 +143,7 @@ pub struct TableJob {
 }
 
 /// A table to bake as a user words it; `None` means the table's default.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct TableRequest {
     /// Name of the table.
     pub table: String,
@@ -145,6 +153,8 @@ pub struct TableRequest {
     pub ndf: String,
     /// Name of the geometry term.
     pub visibility: String,
+    /// Fresnel term.
+    pub fresnel: Option<Fresnel>,
     /// Names of the axes, x first.
     pub axes: Option<Vec<String>>,
     /// Where in its texel a value is taken.
@@ -163,6 +173,7 @@ impl TableRequest {
             size: (256, 256),
             ndf: "ggx".into(),
             visibility: "smith".into(),
+            fresnel: None,
             axes: None,
             points: Points::Centers,
             flip_v: false,
@@ -174,7 +185,8 @@ impl TableRequest {
     pub fn resolve(&self) -> Result<TableJob> {
         let table = table(&self.table)?;
         let facts = table.facts();
-        let model = Model::parse(&self.ndf, &self.visibility)?;
+        let model = Model::parse(&self.ndf, &self.visibility)?.with(self.fresnel.unwrap_or(facts.fresnel));
+        table.check(&model)?;
         let coordinates: Vec<Coordinate> = match &self.axes {
             None => facts.axes.to_vec(),
             Some(names) => names.iter().map(|n| Coordinate::parse(n)).collect::<Result<_>>()?,
@@ -209,9 +221,9 @@ impl TableRequest {
             reversed: self.flip_v && i == last,
         };
         let axes = coordinates.into_iter().zip(sizes).enumerate().map(axis).collect();
-        let known = || facts.channels.iter().map(|c| c.name);
+        let known = || (facts.channels)(&model.fresnel).iter().map(|c| c.name);
         let wanted: Vec<&str> = match &self.channels {
-            None => facts.default_channels.to_vec(),
+            None => (facts.default_channels)(&model.fresnel).to_vec(),
             Some(names) => names.iter().map(String::as_str).collect(),
         };
         let channel = |name: &&str| {
@@ -249,7 +261,8 @@ impl TableJob {
 
     /// The chosen channels, in order.
     pub fn channel_facts(&self) -> impl Iterator<Item = &'static Channel> + '_ {
-        self.channels.iter().map(|c| &self.table.facts().channels[*c])
+        let all = (self.table.facts().channels)(&self.model.fresnel);
+        self.channels.iter().map(|c| &all[*c])
     }
 
     /// The f64 rule's values of the chosen channels.
@@ -272,7 +285,7 @@ impl TableJob {
         }
 
         // From [roughness][n·v][every channel] to the order and the channels asked for.
-        let stride = self.table.facts().channels.len();
+        let stride = MAX_CHANNELS;
         let (width, height) = self.size();
         let mut texels = Vec::with_capacity((width * height) as usize * self.channels.len());
         for y in 0..height {
@@ -304,7 +317,7 @@ impl TableJob {
     /// Moves a value that rounding carried over the end of its channel's range back to it. A value further out than
     /// the tolerance stays as it is, for the checks to find.
     fn within_range(&self, channel: usize, value: f32) -> f32 {
-        let [low, high] = self.range(&self.table.facts().channels[channel]);
+        let [low, high] = self.range(&(self.table.facts().channels)(&self.model.fresnel)[channel]);
         let inside = value.clamp(low, high);
         if f64::from((value - inside).abs()) <= self.tolerance().worst { inside } else { value }
     }
@@ -317,6 +330,7 @@ impl TableJob {
         meta.set("table", facts.name);
         meta.set("ndf", self.model.ndf.to_string());
         meta.set("visibility", self.model.visibility.name);
+        meta.set("fresnel", self.model.fresnel.to_string());
         meta.set("axes", names(self.axes.iter().map(|a| a.coordinate.name()).collect()));
         meta.set("points", self.axes[0].points.name());
         meta.set(
@@ -359,6 +373,8 @@ impl TableJob {
             size: (texture.width, texture.height),
             ndf: get("ndf")?.into(),
             visibility: get("visibility")?.into(),
+            // Files of version 0.1 did not state it: they hold the table's own.
+            fresnel: texture.meta.get("fresnel").map(Fresnel::parse).transpose()?,
             axes: Some(list("axes")?),
             points: Points::parse(get("points")?)?,
             flip_v: list("order")?.last().is_some_and(|o| o == "descending"),

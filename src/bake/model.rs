@@ -8,15 +8,18 @@ use crate::ndf::{self, Given, Ndf, ggx};
 use crate::rule::cone::mirror;
 use crate::rule::cone_nodes;
 use crate::rule::h_split::{Outer, Row, h_split, outer};
+use crate::term::fresnel::{Fresnel, Weights};
 use crate::term::visibility::{self, Bounded, Visibility};
 
-/// D and G. F is in the channels.
+/// D, G and F.
 #[derive(Clone, Copy)]
 pub struct Model {
     /// Distribution of normals.
     pub ndf: Ndf,
     /// Geometry term.
     pub visibility: &'static Visibility,
+    /// Fresnel term.
+    pub fresnel: Fresnel,
 }
 
 /// A row and the model that it belongs to: neighbouring texels ask for the same one.
@@ -28,14 +31,26 @@ thread_local! {
 }
 
 impl Model {
-    /// The model with these names; the distribution may have parameters, `NAME:parameter=value,…`.
+    /// The model with these names and Schlick's split; the distribution may have parameters, `NAME:parameter=value,…`.
     pub fn parse(ndf: &str, visibility: &str) -> Result<Model> {
-        Ok(Model { ndf: ndf::parse(ndf)?, visibility: visibility::parse(visibility)? })
+        Ok(Model { ndf: ndf::parse(ndf)?, visibility: visibility::parse(visibility)?, fresnel: Fresnel::SCHLICK })
     }
 
-    /// GGX with a smooth geometry term has a faster rule of its own.
+    /// The same model with another Fresnel term.
+    pub fn with(self, fresnel: Fresnel) -> Model {
+        Model { fresnel, ..self }
+    }
+
+    /// GGX with smooth terms has a faster rule of its own.
     pub fn uses_cone(&self) -> bool {
-        std::ptr::eq(self.ndf.family, &ggx::GGX) && self.visibility.kinks.is_none()
+        let smooth = self.visibility.kinks.is_none() && self.fresnel.kink().is_none();
+        std::ptr::eq(self.ndf.family, &ggx::GGX) && smooth
+    }
+
+    /// The kernel that bakes it, as [`crate::shaders::spirv`] knows it.
+    pub fn kernel(&self) -> String {
+        let rule = if self.uses_cone() { "cone" } else { "h_split" };
+        format!("bake/{rule}+{}+{}", self.visibility.file, self.fresnel.term.file)
     }
 
     /// The rule's name and size, for certificates.
@@ -44,23 +59,24 @@ impl Model {
             let (outer, inner) = (cone_nodes::OUTER, cone_nodes::INNER);
             format!("cone {outer}x{inner}, {} nodes", outer * inner)
         } else {
-            format!("h-split {}x{} a panel", self.visibility.outer, self.visibility.azimuth)
+            let azimuth = self.fresnel.term.azimuth.unwrap_or(self.visibility.azimuth);
+            format!("h-split {}x{azimuth} a panel", self.visibility.outer)
         }
     }
 
-    /// The f64 rule: directional albedo E with F = 1 and its part B weighted by (1 − v·h)⁵, as (E, B).
-    pub fn rule(&self, at: At) -> [f64; 2] {
+    /// The f64 rule: directional albedo with F replaced by each weight of the Fresnel term.
+    pub fn rule(&self, at: At) -> Weights {
         if at.roughness == 0.0 && !self.ndf.is_fixed() {
-            return mirror(at.n_dot_v, self.visibility.g_over_n_dot_v);
+            return mirror(at.n_dot_v, self.visibility.g_over_n_dot_v, |v_dot_h| self.fresnel.weights(v_dot_h));
         }
         if self.uses_cone() {
-            return (self.visibility.cone)(at.n_dot_v, ndf::alpha_of(at.roughness));
+            return (self.visibility.cone)(at.n_dot_v, ndf::alpha_of(at.roughness), &self.fresnel);
         }
         let row = self.row(at.roughness);
         NODES.with_borrow_mut(|nodes| {
             nodes.clear();
-            outer(&self.ndf, self.visibility, &row, at.n_dot_v, nodes);
-            h_split(self.visibility, &row, at.n_dot_v, nodes)
+            outer(&self.ndf, self.visibility, &self.fresnel, &row, at.n_dot_v, nodes);
+            h_split(self.visibility, &self.fresnel, &row, at.n_dot_v, nodes)
         })
     }
 
@@ -140,14 +156,9 @@ impl Model {
         let name = self.visibility.name;
         let standard = ["ggx", "beckmann", "blinn-phong"].contains(&self.ndf.family.name)
             && !["kelemen", "neubelt", "charlie", "beckmann-rational"].contains(&name);
-        let worst = if standard || self.uses_cone() {
-            2e-6
-        } else if name.starts_with("schlick") && !self.bounded() {
-            // k is small beside the tail of such a lobe: a boundary layer at the horizon that the rule cuts short.
-            2e-4
-        } else {
-            2e-5
-        };
+        // Next to the critical angle a reflectance is as steep as a root.
+        let steep = self.fresnel.kink().is_some();
+        let worst = if (standard && !steep) || self.uses_cone() { 2e-6 } else { 2e-5 };
         Tolerance { worst, median: 0.25 * worst, near_zero: 2.0 * worst, why: "tests/truth.rs, tests/twins.rs" }
     }
 }

@@ -384,7 +384,7 @@ impl SpecularJob {
         // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all.
         let cuts = tree.needs_texels(self.lobe(1).threshold(0.0));
         let name = format!("bake/specular{}+{}", if cuts { "_cut" } else { "" }, self.kernel.name);
-        let kernel = gpu.kernel(&name, shaders::spirv(&name), 5, size_of::<Push>() as u32)?;
+        let kernel = gpu.kernel(&name, &shaders::spirv(&name), 5, size_of::<Push>() as u32)?;
         let nodes = gpu.upload("nodes", &tree.nodes)?;
         let texels = if cuts { residual(source, tree.base) } else { vec![0.0] };
         let texels = gpu.upload("texels", &texels)?;

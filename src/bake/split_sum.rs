@@ -2,33 +2,41 @@
 //! Schlick's Fresnel term, split so that F0 stays outside.
 //!
 //! scale = ∫ f/F (1 − Fc)(n·l) dω_l, bias = ∫ f/F Fc (n·l) dω_l, Fc = (1 − v·h)⁵; albedo = scale + bias.
-//! A shader rebuilds the reflection of a white environment as F0·scale + F90·bias.
+//! A shader rebuilds the reflection of a white environment as F0·scale + F90·bias. f82 = ∫ f/F (v·h)(1 − v·h)⁶ (n·l) dω_l
+//! tints the edge of metals (Kutz, Hašan, Edmondson 2021): subtract b·f82, b = (1 − tint)(F0 + (1 − F0)(6/7)⁵)·7·(7/6)⁶.
 //!
 //! Limits: roughness 0 is a mirror, (1 − (1 − n·v)⁵, (1 − n·v)⁵). At n·v = 0 with height-correlated Smith albedo is 1.
-//! At n·v = 1, roughness 1 albedo is 1 − ln 2. Kernel: `shaders/bake/split_sum.comp`.
+//! At n·v = 1, roughness 1 albedo is 1 − ln 2. Kernels: `shaders/bake/cone.comp`, `shaders/bake/h_split.comp`.
 
 use super::grid::Grid;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
+use crate::term::fresnel::{Fresnel, Weights};
 use crate::verify::truth;
 
 /// The table.
 pub struct SplitSum;
 
+static CHANNELS: [Channel; 4] = [
+    Channel { name: "scale", meaning: "factor of F0", range: [0.0, 1.0] },
+    Channel { name: "bias", meaning: "factor of F90", range: [0.0, 1.0] },
+    Channel { name: "albedo", meaning: "scale + bias: directional albedo with F = 1", range: [0.0, 1.0] },
+    // c (1 − c)⁶ is at most (1/7)(6/7)⁶ = 0.0567.
+    Channel { name: "f82", meaning: "what the F82 tint takes away", range: [0.0, 0.0567] },
+];
+
 static FACTS: Facts = Facts {
     name: "split-sum",
     about: "scale and bias of F0: reflection of a white environment with Schlick's Fresnel",
     source: "Karis 2013, Real Shading in Unreal Engine 4",
-    usage: "specular = F0 * scale + F90 * bias; albedo = scale + bias",
-    channels: &[
-        Channel { name: "scale", meaning: "factor of F0", range: [0.0, 1.0] },
-        Channel { name: "bias", meaning: "factor of F90", range: [0.0, 1.0] },
-        Channel { name: "albedo", meaning: "scale + bias: directional albedo with F = 1", range: [0.0, 1.0] },
-    ],
-    default_channels: &["scale", "bias"],
+    usage: "specular = F0 * scale + F90 * bias; albedo = scale + bias; F82 tint: - (1 - tint) * (F0 + (1 - F0) * 0.462664) \
+            * 17.651385 * f82",
+    channels: |_| &CHANNELS,
+    default_channels: |_| &["scale", "bias"],
+    fresnel: Fresnel::SCHLICK,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
     rule: Model::rule_name,
     tolerance: Tolerance {
@@ -45,14 +53,22 @@ impl Table for SplitSum {
     }
 
     fn rule(&self, model: &Model, at: At) -> Values {
-        let [e, b] = model.rule(at);
-        [e - b, b, e]
+        channels(model.rule(at))
+    }
+
+    fn check(&self, model: &Model) -> Result<()> {
+        if std::ptr::eq(model.fresnel.term, Fresnel::SCHLICK.term) {
+            return Ok(());
+        }
+        Err(Error::usage(
+            format!("split-sum holds Schlick's split, not the Fresnel term '{}'", model.fresnel),
+            "bake albedo with --ior, --eta-k or --material",
+        ))
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
         let t = truth::albedo(model, at.n_dot_v, at.roughness, tolerance);
-        let [e, b] = t.value;
-        Estimate { value: [e - b, b, e], error: t.error }
+        Estimate { value: channels(t.value), error: t.error }
     }
 
     fn bake(
@@ -63,23 +79,16 @@ impl Table for SplitSum {
         backend: &Backend,
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<f32>> {
-        let grid = Grid { stage: "split-sum", n_dot_v, roughness, channels: 2, first_slice: None };
-        let pairs = bake_pairs(&grid, model, backend, on)?;
-        Ok(pairs.chunks_exact(2).flat_map(|p| [p[0], p[1], p[0] + p[1]]).collect())
+        let grid = Grid { stage: "split-sum", n_dot_v, roughness, first_slice: None };
+        let mut texels = grid.run(backend, model, on)?;
+        for texel in texels.as_chunks_mut().0 {
+            *texel = channels(texel.map(f64::from)).map(|v| v as f32);
+        }
+        Ok(texels)
     }
 }
 
-/// (scale, bias) over the whole grid.
-pub(super) fn bake_pairs(
-    grid: &Grid<'_>,
-    model: &Model,
-    backend: &Backend,
-    on: &mut OnProgress<'_>,
-) -> Result<Vec<f32>> {
-    let rule = |at, out: &mut [f32]| {
-        let [e, b] = model.rule(at);
-        out.copy_from_slice(&[(e - b) as f32, b as f32]);
-    };
-    let folder = if model.uses_cone() { "split_sum" } else { "h_split" };
-    grid.run(backend, &format!("bake/{folder}+{}", model.visibility.file), model, rule, on)
+/// (scale, bias, albedo, f82) from integrals over the weights 1, (1 − v·h)⁵ and (v·h)(1 − v·h)⁶.
+fn channels([e, b, tint, _]: Weights) -> Values {
+    [e - b, b, e, tint]
 }

@@ -57,6 +57,7 @@ impl BakeArgs {
             size: self.size,
             ndf: self.ndf,
             visibility: self.visibility,
+            fresnel: None,
             axes: self.axes,
             points: Points::parse(&self.points)?,
             flip_v: self.flip_v,

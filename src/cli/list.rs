@@ -32,7 +32,7 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
         What::Tables => {
             let entry = |t: &&dyn brdf_baker::bake::Table| {
                 let facts = t.facts();
-                let channels: Vec<_> = facts.channels.iter().map(|c| c.name).collect();
+                let channels: Vec<_> = (facts.channels)(&facts.fresnel).iter().map(|c| c.name).collect();
                 let about = format!("{} (channels {})", facts.about, channels.join(", "));
                 Entry { name: facts.name, about, source: facts.source }
             };

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Family, Flat, Lobe, Parameter};
+use super::{Family, Flat, Lobe, Parameter, bell};
 
 /// Registry entry.
 pub static ABC: Family = Family {
@@ -89,7 +89,7 @@ fn y(tan: f64, lobe: &Lobe) -> f64 {
 }
 
 /// The cosine that y leaves out, and the ratio of the two norms.
-fn density(tan: f64, lobe: &Lobe) -> f64 {
+fn density(y: f64, tan: f64, lobe: &Lobe) -> f64 {
     let [a1, a2, k] = lobe.shape;
-    2.0 * PI * k * integral(a2, a1) / (a1 * (1.0 + tan * tan).sqrt())
+    bell(y) * 2.0 * PI * k * integral(a2, a1) / (a1 * (1.0 + tan * tan).sqrt())
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Family, Flat, Lobe};
+use super::{Family, Flat, Lobe, bell};
 
 /// Registry entry.
 pub static BECKMANN: Family = Family {
@@ -17,7 +17,7 @@ pub static BECKMANN: Family = Family {
     flat: Flat {
         tan: |y, lobe| lobe.alpha * y,
         y: |tan, lobe| tan / lobe.alpha,
-        density: |_, _| 1.0,
+        density: |y, _, _| bell(y),
         y_max: 5.0,
         falling: false,
     },

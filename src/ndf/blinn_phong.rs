@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Family, Flat, Lobe, Parameter};
+use super::{Family, Flat, Lobe, Parameter, bell};
 
 /// Registry entry.
 pub static BLINN_PHONG: Family = Family {
@@ -27,7 +27,7 @@ pub static BLINN_PHONG: Family = Family {
     flat: Flat {
         tan: |y, lobe| (lobe.shape[0] * y * y).exp_m1().sqrt(),
         y: |tan, lobe| ((tan * tan).ln_1p() / lobe.shape[0]).sqrt(),
-        density: |_, _| 1.0,
+        density: |y, _, _| bell(y),
         y_max: 5.5,
         falling: false,
     },

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Family, Flat, Lobe};
+use super::{Family, Flat, Lobe, bell};
 
 /// Registry entry.
 pub static CHARLIE: Family = Family {
@@ -18,7 +18,7 @@ pub static CHARLIE: Family = Family {
     flat: Flat {
         tan: |y, lobe| 1.0 / (2.0 * y * y / lobe.shape[0]).exp_m1().sqrt(),
         y: |tan, lobe| (0.5 * lobe.shape[0] * (1.0 / (tan * tan)).ln_1p()).sqrt(),
-        density: |_, _| 1.0,
+        density: |y, _, _| bell(y),
         y_max: 5.0,
         falling: true,
     },

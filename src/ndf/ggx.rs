@@ -16,7 +16,8 @@ pub static GGX: Family = Family {
     flat: Flat {
         tan: |y, lobe| lobe.alpha * (y * y).exp_m1().sqrt(),
         y: |tan, lobe| (tan / lobe.alpha).powi(2).ln_1p().sqrt(),
-        density: |_, _| 1.0,
+        // exp(−y²) = alpha²/(alpha² + tan²).
+        density: |y, tan, lobe| 2.0 * y / (1.0 + (tan / lobe.alpha) * (tan / lobe.alpha)),
         y_max: 6.0,
         falling: false,
     },

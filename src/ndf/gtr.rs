@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Family, Flat, Lobe, Parameter};
+use super::{Family, Flat, Lobe, Parameter, bell};
 
 /// Registry entry.
 pub static GTR: Family = Family {
@@ -19,7 +19,7 @@ pub static GTR: Family = Family {
     },
     d,
     sigma: None,
-    flat: Flat { tan, y, density: |_, _| 1.0, y_max: 6.0, falling: false },
+    flat: Flat { tan, y, density: |y, _, _| bell(y), y_max: 6.0, falling: false },
 };
 
 /// Below this alpha is 1 as far as the formulas can tell: D = 1/π for every gamma.

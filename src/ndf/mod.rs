@@ -46,15 +46,15 @@ pub struct Family {
 /// A polar coordinate y of the half vector in which a distribution looks like 2y exp(−y²), whatever its width: outer
 /// nodes of the h-split rule are placed in it.
 ///
-/// 2π D cos θ sin θ dθ = 2y exp(−y²) `density`(tan θ) dy, usually with density 1: exp(−y²) is then the share of the
-/// projected microfacet area that is steeper than θ (or less steep, where y falls as θ grows).
+/// 2π D cos θ sin θ dθ = `density` dy, usually 2y exp(−y²): exp(−y²) is then the share of the projected microfacet area
+/// that is steeper than θ (or less steep, where y falls as θ grows).
 pub struct Flat {
     /// tan θ at y.
     pub tan: fn(y: f64, lobe: &Lobe) -> f64,
     /// y at tan θ.
     pub y: fn(tan: f64, lobe: &Lobe) -> f64,
-    /// What 2y exp(−y²) has to be multiplied with.
-    pub density: fn(tan: f64, lobe: &Lobe) -> f64,
+    /// Projected microfacet area per y, at y and its tan θ.
+    pub density: fn(y: f64, tan: f64, lobe: &Lobe) -> f64,
     /// Beyond it nothing is left that an `f32` table could show.
     pub y_max: f64,
     /// y falls as θ grows.
@@ -170,6 +170,11 @@ impl Ndf {
             None => n_dot_x + smith_excess(n_dot_x, &self.family.flat, lobe),
         }
     }
+}
+
+/// The usual density in y.
+fn bell(y: f64) -> f64 {
+    2.0 * y * (-y * y).exp()
 }
 
 /// The width of a distribution from perceptual roughness (Burley 2012, section 5.4): the only place that squares.

@@ -40,7 +40,7 @@ pub fn smith_excess(n_dot_x: f64, flat: &Flat, lobe: &Lobe) -> f64 {
         let y = start + (end - start) * x * x;
         let t = (flat.tan)(y, lobe);
         let h = ((t - z).max(0.0) * (t + z)).sqrt();
-        let density = 2.0 * y * (-y * y).exp() * (flat.density)(t, lobe);
+        let density = (flat.density)(y, t, lobe);
         sum += node.weight * x * density * (h - z * h.atan2(z));
     }
     sum * (end - start).abs() * sin / PI

@@ -21,21 +21,36 @@ use std::sync::LazyLock;
 
 use super::cone_nodes::{Inner, Outer, inner, outer};
 use crate::ndf::ggx;
-use crate::term::fresnel::schlick_weight;
+use crate::term::fresnel::{Fresnel, WEIGHTS, Weights, schlick};
 use crate::term::visibility::Directions;
 
 static NODES: LazyLock<(Vec<Outer>, Vec<Inner>)> = LazyLock::new(|| (outer(), inner()));
 
-/// Directional albedo E with F = 1 and its part B weighted by (1 − v·h)⁵, as (E, B).
+/// Directional albedo with F replaced by each weight of a smooth Fresnel term.
 ///
 /// Domain: n_dot_v and alpha in [0, 1]. `g_over_n_dot_v` is G/(n·v) of a smooth geometry term. The GLSL twin is
 /// `shaders/rule/cone.glsl`; f64 error against adaptive integration ≤ 5e-7 over n·v, roughness in [1/1024, 1].
-pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(&Directions) -> f64) -> [f64; 2] {
+pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(&Directions) -> f64, fresnel: &Fresnel) -> Weights {
+    // The usual term is inlined.
+    if std::ptr::eq(fresnel.term, &schlick::SCHLICK) {
+        weighted(n_dot_v, alpha, g_over_n_dot_v, |v_dot_h| schlick::weights(v_dot_h, &fresnel.optics))
+    } else {
+        weighted(n_dot_v, alpha, g_over_n_dot_v, |v_dot_h| fresnel.weights(v_dot_h))
+    }
+}
+
+/// [`cone`] for any weights.
+fn weighted(
+    n_dot_v: f64,
+    alpha: f64,
+    g_over_n_dot_v: impl Fn(&Directions) -> f64,
+    weights: impl Fn(f64) -> Weights,
+) -> Weights {
     let mu = n_dot_v;
     let sv2 = (1.0 - mu) * (1.0 + mu);
     let sv = sv2.sqrt();
     if alpha == 0.0 {
-        return mirror(mu, g_over_n_dot_v);
+        return mirror(mu, g_over_n_dot_v, weights);
     }
 
     // The cone's axes and size; a trailing `_mu` marks a quantity multiplied by mu.
@@ -53,7 +68,7 @@ pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(&Directions) -> f6
     let am = std::f64::consts::FRAC_PI_2 - beta;
     let sigma_v = ggx::sigma(mu, alpha);
 
-    let mut sum = [0.0; 2];
+    let mut sum = [0.0; WEIGHTS];
     for node in &NODES.0 {
         // One latitude: e is the angle from the cone's edge.
         let e = am * node.near;
@@ -65,7 +80,7 @@ pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(&Directions) -> f6
         let s = s2.sqrt();
         let k_scale = 2.0 * p_mu * cos2_a * s2;
 
-        let mut row = [0.0; 2];
+        let mut row = [0.0; WEIGHTS];
         for pair in &NODES.1 {
             let cos_d = (c2 + s2 * pair.one_minus_x2).sqrt();
             let tan_d = s * pair.x / cos_d;
@@ -80,9 +95,7 @@ pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(&Directions) -> f6
                 let v_dot_h = cos_h * q / n2.sqrt();
                 let d = Directions { n_dot_l, n_dot_v: mu, n_dot_h: hz / n2.sqrt(), v_dot_h, sigma_l, sigma_v, alpha };
                 let f = pair.weight * q * g_over_n_dot_v(&d);
-                let m = 1.0 - v_dot_h;
-                row[0] += f;
-                row[1] += f * schlick_weight(m);
+                row.iter_mut().zip(weights(v_dot_h)).for_each(|(r, w)| *r += f * w);
             }
         }
         row.iter().zip(&mut sum).for_each(|(r, s)| *s += node.weight * cos2_a * s2.sqrt() * r);
@@ -90,11 +103,11 @@ pub fn cone(n_dot_v: f64, alpha: f64, g_over_n_dot_v: impl Fn(&Directions) -> f6
     sum.map(|s| s * am * std::f64::consts::FRAC_2_PI)
 }
 
-/// The limit of any lobe that narrows to a mirror: (E, B) is G(v, mirrored v) and its part weighted by (1 − n·v)⁵.
-pub fn mirror(n_dot_v: f64, g_over_n_dot_v: impl Fn(&Directions) -> f64) -> [f64; 2] {
+/// The limit of any lobe that narrows to a mirror: the weights of F at n·v times G(v, mirrored v).
+pub fn mirror(n_dot_v: f64, g_over_n_dot_v: impl Fn(&Directions) -> f64, weights: impl Fn(f64) -> Weights) -> Weights {
     // At grazing G may be a quotient of zeros; just above it is its limit.
     let mu = n_dot_v.max(1e-6);
     let d = Directions { n_dot_l: mu, n_dot_v: mu, n_dot_h: 1.0, v_dot_h: mu, sigma_l: mu, sigma_v: mu, alpha: 0.0 };
     let g = mu * g_over_n_dot_v(&d);
-    [g, g * schlick_weight(1.0 - n_dot_v)]
+    weights(n_dot_v).map(|w| g * w)
 }

@@ -21,7 +21,8 @@ use std::sync::LazyLock;
 use super::azimuth_nodes::azimuth_nodes;
 use crate::ndf::{Lobe, Ndf};
 use crate::quadrature::gauss_legendre::Node;
-use crate::term::fresnel::schlick_weight;
+use crate::term::fresnel::internal::fresnel_kink;
+use crate::term::fresnel::{Fresnel, WEIGHTS, Weights};
 use crate::term::trig::half_acos;
 use crate::term::visibility::{Directions, Visibility};
 
@@ -86,18 +87,31 @@ impl Row {
             coefficients: [0.0; TERMS],
         };
         let Some(lobe) = lobe.filter(|_| visibility.smith) else { return row };
-        let from_sine = ndf.family.flat.falling;
-        row.linear = if from_sine { 0.5 } else { 1.0 };
+        // Upright facets spread Smith's function over all directions; a lobe's is concentrated at the horizon, but one that
+        // is nearly uniform may end in a fractional power of the sine at the normal.
+        let usual = if ndf.family.flat.falling { 0.5 } else { 1.0 };
+        let mut best = f64::INFINITY;
+        for linear in [usual, 1.5 - usual] {
+            row.expand(ndf, &lobe, linear, &mut best);
+        }
+        row
+    }
+
+    /// Expands Smith's function around `linear`·n·x; keeps the series if its error falls below `best`, until it is good.
+    fn expand(&mut self, ndf: &Ndf, lobe: &Lobe, linear: f64, best: &mut f64) {
+        let from_sine = linear != 1.0;
         let rest = |u: f64| {
             let n_dot_x = if from_sine { ((1.0 - u) * (1.0 + u)).sqrt() } else { u };
-            ndf.sigma(n_dot_x, &lobe) - row.linear * n_dot_x
+            ndf.sigma(n_dot_x, lobe) - linear * n_dot_x
         };
         let ends = [rest(0.0), rest(1.0)];
         // The mean slope of the facets is the length over which Smith's function decays.
         let slope = if from_sine { lobe.alpha.sqrt() } else { PI * ends[0] };
         let largest = ends[0].max(ends[1]);
-        let mut best = f64::INFINITY;
         for (power, factor) in MAPS {
+            if *best < GOOD {
+                return;
+            }
             let scale = factor * slope;
             let end = (1.0 + 1.0 / scale).powf(-power);
             let half = 0.5 * (1.0 - end);
@@ -114,19 +128,16 @@ impl Row {
             let near: f64 = coefficients.iter().sum();
             let far: f64 = coefficients.iter().rev().fold(0.0, |sum, c| c - sum);
             let error = (tail + (near - ends[0]).abs() + (far - ends[1]).abs()) / largest;
-            if error < best {
-                best = error;
-                row.inverse_scale = 1.0 / scale;
-                row.power = power;
-                row.stretch = 1.0 / half;
-                row.offset = -0.5 * (1.0 + end) / half;
-                row.coefficients = coefficients;
-            }
-            if best < GOOD {
-                break;
+            if error < *best {
+                *best = error;
+                self.linear = linear;
+                self.inverse_scale = 1.0 / scale;
+                self.power = power;
+                self.stretch = 1.0 / half;
+                self.offset = -0.5 * (1.0 + end) / half;
+                self.coefficients = coefficients;
             }
         }
-        row
     }
 
     /// Smith's projected area n·x (1 + Λ).
@@ -170,7 +181,7 @@ pub struct Outer {
 }
 
 /// The polar nodes of a texel, appended to `nodes`; none for a lobe that has shrunk to a mirror.
-pub fn outer(ndf: &Ndf, visibility: &Visibility, row: &Row, n_dot_v: f64, nodes: &mut Vec<Outer>) {
+pub fn outer(ndf: &Ndf, visibility: &Visibility, fresnel: &Fresnel, row: &Row, n_dot_v: f64, nodes: &mut Vec<Outer>) {
     let Some(lobe) = &row.lobe else { return };
     let flat = &ndf.family.flat;
     let (mu, sv) = (n_dot_v, sine(n_dot_v));
@@ -188,7 +199,7 @@ pub fn outer(ndf: &Ndf, visibility: &Visibility, row: &Row, n_dot_v: f64, nodes:
     }
 
     // Panels between the values of y at which the azimuth's range or a kink changes its nature.
-    let mut breaks = [high; 10];
+    let mut breaks = [high; 14];
     breaks[0] = low;
     let mut count = 1;
     let mut add = |tan_h: f64| {
@@ -204,6 +215,13 @@ pub fn outer(ndf: &Ndf, visibility: &Visibility, row: &Row, n_dot_v: f64, nodes:
     if let Some(kinks) = &visibility.kinks {
         (kinks.tan_h)(theta_v, lobe.alpha).into_iter().for_each(&mut add);
     }
+    if let Some(critical) = fresnel.kink() {
+        // v·h is critical in the plane of incidence, and on the horizon of l.
+        let theta_c = critical.acos();
+        add((theta_v - theta_c).tan().abs());
+        add((theta_v + theta_c).tan().abs());
+        add((4.0 * critical * critical / (mu * mu) - 1.0).max(0.0).sqrt());
+    }
     if mu < 1.0 / 1024.0 {
         // No horizon divides the tail where it is widest: the weight (1 − v·h)⁵ needs panels of its own.
         add(0.1);
@@ -211,15 +229,7 @@ pub fn outer(ndf: &Ndf, visibility: &Visibility, row: &Row, n_dot_v: f64, nodes:
     }
     let breaks = &mut breaks[..=count];
     breaks.sort_by(f64::total_cmp);
-    let crowd = crowding(visibility, flat.falling);
-    let map = |node: &Node| {
-        let x = node.x;
-        match crowd {
-            1 => *node,
-            2 => Node { x: x * x, weight: 2.0 * x * node.weight },
-            _ => Node { x: x * x * x, weight: 3.0 * x * x * node.weight },
-        }
-    };
+    let crowd = crowding(visibility, fresnel, flat.falling, sv);
     for ends in breaks.windows(2) {
         let width = ends[1] - ends[0];
         if width < 1e-9 {
@@ -228,10 +238,10 @@ pub fn outer(ndf: &Ndf, visibility: &Visibility, row: &Row, n_dot_v: f64, nodes:
         let share = if flat.falling { 1.0 } else { 1.0 + 0.12 * (width.min(1.0).ln() - 0.6 * ends[0] * ends[0]) };
         let rule = &RULES[(visibility.outer as f64 * share.clamp(0.4, 1.0)).ceil() as usize];
         for node in rule {
-            let node = map(node);
+            let node = crowd.map(*node);
             let y = ends[0] + width * node.x;
             let tan_h = (flat.tan)(y, lobe);
-            let density = 2.0 * y * (-y * y).exp() * (flat.density)(tan_h, lobe);
+            let density = (flat.density)(y, tan_h, lobe);
             // 1/π, and twice because the inner rule runs over half the azimuth.
             let weight = node.weight * width * density * (1.0 + tan_h * tan_h).sqrt() * 2.0 / PI;
             nodes.push(Outer { tan_h, weight });
@@ -239,9 +249,39 @@ pub fn outer(ndf: &Ndf, visibility: &Visibility, row: &Row, n_dot_v: f64, nodes:
     }
 }
 
-/// Power of the node map that crowds the polar nodes at the low end of a panel.
-fn crowding(visibility: &Visibility, falling: bool) -> usize {
-    if falling { 3 } else { visibility.crowd }
+/// Where the polar nodes crowd in a panel from 0 to 1.
+#[derive(Clone, Copy)]
+enum Crowd {
+    /// At 0, by the power of a map; 1 for nowhere.
+    Low(usize),
+    /// At both ends.
+    Both,
+}
+
+impl Crowd {
+    fn map(self, node: Node) -> Node {
+        let x = node.x;
+        let (to, slope) = match self {
+            Crowd::Low(1) => (x, 1.0),
+            Crowd::Low(2) => (x * x, 2.0 * x),
+            Crowd::Low(_) => (x * x * x, 3.0 * x * x),
+            Crowd::Both => (x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x)),
+        };
+        Node { x: to, weight: slope * node.weight }
+    }
+}
+
+fn crowding(visibility: &Visibility, fresnel: &Fresnel, falling: bool, sv: f64) -> Crowd {
+    // Near normal incidence the polar angle alone carries what the azimuth does elsewhere: the boundary layer at the
+    // horizon of Smith's and Schlick's terms, the root at the critical angle.
+    let steep = visibility.smith || visibility.crowd_horizon || fresnel.kink().is_some();
+    if falling {
+        Crowd::Low(3)
+    } else if steep && sv < 0.3 {
+        Crowd::Both
+    } else {
+        Crowd::Low(visibility.crowd)
+    }
 }
 
 /// Polar rules on [0, 1] by size.
@@ -252,48 +292,52 @@ fn sine(cos: f64) -> f64 {
     ((1.0 - cos) * (1.0 + cos)).sqrt().max(1e-7)
 }
 
-/// Directional albedo E with F = 1 and its part B weighted by (1 − v·h)⁵, as (E, B), from a texel's polar nodes.
+/// Directional albedo with F replaced by each weight of the Fresnel term, from a texel's polar nodes.
 ///
 /// Domain: n_dot_v in [0, 1], a lobe that is not a mirror. The GLSL twin is `shaders/rule/h_split.glsl`.
-pub fn h_split(visibility: &Visibility, row: &Row, n_dot_v: f64, nodes: &[Outer]) -> [f64; 2] {
+pub fn h_split(visibility: &Visibility, fresnel: &Fresnel, row: &Row, n_dot_v: f64, nodes: &[Outer]) -> Weights {
     let (mu, sv) = (n_dot_v, sine(n_dot_v));
     let alpha = row.lobe.map_or(0.0, |l| l.alpha);
     let area = |x: f64| if visibility.smith { row.projected_area(x) } else { x };
     let sigma_v = area(mu);
-    let azimuth = &AZIMUTH[usize::from(visibility.crowd_horizon)][visibility.azimuth];
-    let mut sum = [0.0; 2];
+    let azimuth = match fresnel.term.azimuth {
+        Some(size) => &AZIMUTH[1][size],
+        None => &AZIMUTH[usize::from(visibility.crowd_horizon)][visibility.azimuth],
+    };
+    let internal = fresnel.term.kink.is_some();
+    let mut sum = [0.0; WEIGHTS];
     for node in nodes {
         // One polar angle of h; the azimuth counts from v's.
         let t = node.tan_h;
         let cos_h = 1.0 / (1.0 + t * t).sqrt();
         let (near, far) = (mu + t * sv, 2.0 * t * sv);
         let last = half_acos(mu * (t - 1.0) * (t + 1.0) / far);
-        let mut ends = [0.0, last, last, last];
-        if let Some(kinks) = &visibility.kinks {
-            let found = (kinks.azimuth)(t, mu, sv, alpha).map(|x| half_acos(x).min(last));
-            (ends[1], ends[2]) = (found[0].min(found[1]), found[0].max(found[1]));
+        let mut kinks = [last; 3];
+        if let Some(k) = &visibility.kinks {
+            (k.azimuth)(t, mu, sv, alpha).iter().zip(&mut kinks).for_each(|(x, kink)| *kink = half_acos(*x));
+        }
+        if internal {
+            kinks[2] = half_acos(fresnel_kink(t, mu, sv, &fresnel.optics));
         }
 
-        let mut ring = [0.0; 2];
-        for panel in ends.windows(2) {
-            let width = panel[1] - panel[0];
-            if width <= 0.0 {
-                continue;
-            }
+        let mut ring = [0.0; WEIGHTS];
+        let mut from = 0.0;
+        while from < last {
+            let to = kinks.into_iter().filter(|kink| *kink > from).fold(last, f64::min);
+            let width = to - from;
             for inner in azimuth {
-                let s = (panel[0] + width * inner.x).sin();
+                let s = (from + width * inner.x).sin();
                 let v_dot_h = cos_h * (near - far * s * s).max(0.0);
                 // Rounding may carry it past either end.
                 let n_dot_l = (2.0 * cos_h * v_dot_h - mu).clamp(0.0, 1.0);
                 let sigma_l = area(n_dot_l);
                 let d = Directions { n_dot_l, n_dot_v: mu, n_dot_h: cos_h, v_dot_h, sigma_l, sigma_v, alpha };
                 let f = width * inner.weight * v_dot_h * (visibility.g_over_n_dot_v)(&d);
-                ring[0] += f;
-                ring[1] += f * schlick_weight(1.0 - v_dot_h);
+                ring.iter_mut().zip(fresnel.weights(v_dot_h)).for_each(|(r, w)| *r += f * w);
             }
+            from = to;
         }
-        sum[0] += node.weight * ring[0];
-        sum[1] += node.weight * ring[1];
+        sum.iter_mut().zip(ring).for_each(|(s, r)| *s += node.weight * r);
     }
     sum
 }

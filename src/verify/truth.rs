@@ -10,16 +10,17 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::bake::Model;
 use crate::quadrature::adaptive::{Estimate, integrate};
 use crate::rule::cone::mirror;
+use crate::term::fresnel::WEIGHTS;
 use crate::term::visibility::Directions;
 
 /// More panels than any smooth lobe needs; a kinked one ends here with a larger, honest error.
 const MAX_PANELS: usize = 400;
 
-/// Directional albedo with F = 1 and its part weighted by (1 − v·h)⁵, as (E, B), to about `tolerance`; where the albedo
-/// exceeds 1, relative to it.
+/// Directional albedo with F replaced by each weight of the Fresnel term, to about `tolerance`; where the albedo exceeds 1,
+/// relative to it.
 ///
 /// Domain: n_dot_v and roughness in [0, 1]; a lobe that has shrunk to a mirror returns its closed form.
-pub fn albedo(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Estimate<2> {
+pub fn albedo(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Estimate<WEIGHTS> {
     if model.bounded() {
         return absolute(model, n_dot_v, roughness, tolerance);
     }
@@ -28,11 +29,12 @@ pub fn albedo(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Es
 }
 
 /// [`albedo`] to an absolute tolerance.
-fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Estimate<2> {
+fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Estimate<WEIGHTS> {
     let (ndf, visibility) = (&model.ndf, model.visibility);
     let mu = n_dot_v;
     let Some(lobe) = ndf.lobe(roughness) else {
-        return Estimate { value: mirror(mu, visibility.g_over_n_dot_v), error: 0.0 };
+        let weights = |v_dot_h| model.fresnel.weights(v_dot_h);
+        return Estimate { value: mirror(mu, visibility.g_over_n_dot_v, weights), error: 0.0 };
     };
     let sv = ((1.0 - mu) * (1.0 + mu)).sqrt();
     let theta_v = sv.atan2(mu);
@@ -69,14 +71,13 @@ fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Esti
         let end = (PI / narrow).asinh();
         let scale = peak * y.cosh();
         let mut inner_breaks = panels(0.0, end, 8.0);
-        if let Some(azimuth) = visibility.kinks.as_ref().and_then(|k| k.light_azimuth) {
+        for kink in kink_azimuths(model, n_dot_l, mu).into_iter().flatten() {
             // The azimuth here counts from the mirror direction, opposite to v.
-            let cos = -azimuth(n_dot_l, mu);
-            if cos.abs() < 1.0 {
-                inner_breaks.push((cos.acos() / narrow).asinh());
-                inner_breaks.sort_by(f64::total_cmp);
+            if kink.abs() < 1.0 {
+                inner_breaks.push(((-kink).acos() / narrow).asinh());
             }
         }
+        inner_breaks.sort_by(f64::total_cmp);
         let inner = integrate(&inner_breaks, 0.2 * tolerance / (span * scale), MAX_PANELS, |x| {
             let phi = narrow * x.sinh();
             let half = (0.5 * phi).sin();
@@ -91,7 +92,7 @@ fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Esti
             let g = (visibility.g_over_n_dot_v)(&directions);
             // Both halves of the azimuth; the factor 1/4 of the BRDF; Jacobians of angle and stretch.
             let f = 0.5 * d * g * sin_l * narrow * x.cosh();
-            Estimate { value: [f, f * (1.0 - v_dot_h).max(0.0).powi(5)], error: 0.0 }
+            Estimate { value: model.fresnel.weights(v_dot_h.min(1.0)).map(|w| f * w), error: 0.0 }
         });
         Estimate { value: inner.value.map(|v| v * scale), error: inner.error * scale }
     });
@@ -99,22 +100,32 @@ fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Esti
     Estimate { error: found.error.max(tolerance), ..found }
 }
 
-/// Polar angles of the light at which the geometry term has a kink, or where the azimuth of one enters or leaves its
-/// range: found by bisection, so that nothing is shared with the rules' closed forms.
+/// Cosines of the azimuth between l and v at which the geometry term or the Fresnel term has a kink.
+fn kink_azimuths(model: &Model, n_dot_l: f64, n_dot_v: f64) -> [Option<f64>; 2] {
+    let geometry = model.visibility.kinks.as_ref().and_then(|k| k.light_azimuth).map(|at| at(n_dot_l, n_dot_v));
+    let fresnel = model.fresnel.kink().map(|v_dot_h| {
+        // l·v = 2 (v·h)² − 1
+        let sines = ((1.0 - n_dot_l * n_dot_l) * (1.0 - n_dot_v * n_dot_v)).sqrt();
+        (2.0 * v_dot_h * v_dot_h - 1.0 - n_dot_l * n_dot_v) / sines
+    });
+    [geometry, fresnel]
+}
+
+/// Polar angles of the light at which a term has a kink, or where the azimuth of one enters or leaves its range: found by
+/// bisection, so that nothing is shared with the rules' closed forms.
 fn kink_angles(model: &Model, n_dot_v: f64, alpha: f64) -> Vec<f64> {
-    let mut found = vec![];
-    let Some(kinks) = &model.visibility.kinks else { return found };
-    found.extend((kinks.n_dot_l)(alpha).map(f64::acos));
-    if let Some(azimuth) = kinks.light_azimuth {
-        let beyond = |theta_l: f64| azimuth(theta_l.cos(), n_dot_v).abs() > 1.0;
+    let mut found: Vec<f64> =
+        model.visibility.kinks.as_ref().and_then(|k| (k.n_dot_l)(alpha)).map(f64::acos).into_iter().collect();
+    for term in 0..2 {
+        let side = |theta_l: f64| kink_azimuths(model, theta_l.cos(), n_dot_v)[term].map(|cos| (cos > 1.0, cos < -1.0));
         // Crowded towards the horizon.
         let at = |i: usize| FRAC_PI_2 * (1.0 - ((128.0 - i as f64) / 128.5).powi(4));
         for i in 0..128 {
             let (mut low, mut high) = (at(i), at(i + 1));
-            if beyond(low) != beyond(high) {
+            if side(low) != side(high) {
                 for _ in 0..40 {
                     let middle = 0.5 * (low + high);
-                    if beyond(middle) == beyond(low) { low = middle } else { high = middle }
+                    if side(middle) == side(low) { low = middle } else { high = middle }
                 }
                 found.push(0.5 * (low + high));
             }

@@ -54,3 +54,14 @@ pub const NDFS: [&str; 10] = [
     "abc:a1=50,a2=2",
     "charlie",
 ];
+
+/// Every Fresnel term, with constants of a gem, of glass from both sides, of a silvery and of a coloured metal.
+pub const FRESNELS: [&str; 7] = [
+    "one",
+    "schlick",
+    "dielectric:ior=1.5",
+    "dielectric:ior=2.4",
+    "dielectric:ior=0.6666666666666666",
+    "conductor:eta=1.5/1/0.7,k=7.6/6.6/5.4",
+    "conductor:eta=0.2/1.1/1.25,k=3.9/2.6/2.3",
+];

@@ -9,7 +9,7 @@ pub static BECKMANN_RATIONAL: Visibility = Visibility {
     about: "Walter's rational fit of Beckmann's separable Smith term; it jumps by 6e-4 at n.x = 1.6 alpha",
     source: "Walter, Marschner, Li, Torrance 2007, Eq. 27",
     file: "beckmann_rational",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Never,
     smith: false,

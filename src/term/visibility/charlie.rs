@@ -11,7 +11,7 @@ pub static CHARLIE: Visibility = Visibility {
     about: "Smith's term of Charlie, fitted: for the distribution of that name",
     source: "Estevez, Kulla 2017, Production Friendly Microfacet Sheen BRDF, section 3 and table 1",
     file: "charlie",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Never,
     smith: false,

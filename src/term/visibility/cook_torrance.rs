@@ -11,7 +11,7 @@ pub static COOK_TORRANCE: Visibility = Visibility {
     about: "V-cavities: every facet is half of a symmetric groove",
     source: "Cook, Torrance 1982, Eq. 4; Torrance, Sparrow 1967",
     file: "cook_torrance",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Always,
     smith: false,

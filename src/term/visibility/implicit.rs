@@ -9,7 +9,7 @@ pub static IMPLICIT: Visibility = Visibility {
     about: "G = (n.l)(n.v), which cancels the denominator of the BRDF",
     source: "Hoffman 2013, Background: Physics and Math of Shading; Karis 2013, Specular BRDF Reference",
     file: "implicit",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Unless(&["charlie"]),
     smith: false,

@@ -9,7 +9,7 @@ pub static KELEMEN: Visibility = Visibility {
     about: "Kelemen and Szirmay-Kalos: V = 1/(4 (l.h)^2), a cheap stand-in for V-cavities",
     source: "Kelemen, Szirmay-Kalos 2001, Eq. 3",
     file: "kelemen",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     // n·l/(v·h) ≤ 2 n·h, and at grazing, where that is reached, half of the facets are in sight.
     bounded: Bounded::Always,

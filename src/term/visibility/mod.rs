@@ -14,6 +14,7 @@ pub mod schlick_ggx;
 pub mod smith;
 pub mod smith_uncorrelated;
 
+use super::fresnel::{Fresnel, Weights};
 use crate::error::{Error, Result, nearest};
 
 /// A geometry term G.
@@ -27,8 +28,8 @@ pub struct Visibility {
     pub source: &'static str,
     /// Stem of its two files.
     pub file: &'static str,
-    /// The cone rule with this term, (E, B) from (n·v, alpha): the rule is generic so that the term is inlined.
-    pub cone: fn(n_dot_v: f64, alpha: f64) -> [f64; 2],
+    /// The cone rule with this term: the rule is generic so that the term is inlined.
+    pub cone: fn(n_dot_v: f64, alpha: f64, fresnel: &Fresnel) -> Weights,
     /// G/(n·v): with V = G/(4 (n·l)(n·v)) this is 4 V (n·l). Finite where V is not.
     pub g_over_n_dot_v: fn(&Directions) -> f64,
     /// Is the albedo with F = 1 at most 1?

@@ -9,7 +9,7 @@ pub static NEUBELT: Visibility = Visibility {
     about: "Neubelt and Pettineo: soft denominator for cloth",
     source: "Neubelt, Pettineo 2013, Crafting a Next-Gen Material Pipeline for The Order: 1886",
     file: "neubelt",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Never,
     smith: false,

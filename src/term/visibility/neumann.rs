@@ -9,7 +9,7 @@ pub static NEUMANN: Visibility = Visibility {
     about: "Neumann: G = (n.l)(n.v)/max(n.l, n.v)",
     source: "Neumann, Neumann, Szirmay-Kalos 1999, Compact Metallic Reflectance Models",
     file: "neumann",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Unless(&["charlie"]),
     smith: false,

@@ -9,7 +9,7 @@ pub static SCHLICK_BECKMANN: Visibility = Visibility {
     about: "Schlick's approximation fitted to Beckmann, k = alpha sqrt(2/pi)",
     source: "Schlick 1994, Eq. 19",
     file: "schlick_beckmann",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Unless(&["charlie", "gtr", "abc"]),
     smith: false,

@@ -9,7 +9,7 @@ pub static SCHLICK_DIRECT: Visibility = Visibility {
     about: "Schlick's approximation for lamps, k = (roughness + 1)^2/8",
     source: "Karis 2013, Real Shading in Unreal Engine 4, Eq. 4",
     file: "schlick_direct",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Unless(&["charlie", "gtr", "abc"]),
     smith: false,

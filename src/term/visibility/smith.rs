@@ -9,7 +9,7 @@ pub static SMITH: Visibility = Visibility {
     about: "Smith, height-correlated: masking and shadowing know that both see the same height",
     source: "Heitz 2014, Eq. 99",
     file: "smith",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Always,
     smith: true,

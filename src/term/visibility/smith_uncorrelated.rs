@@ -9,7 +9,7 @@ pub static SMITH_UNCORRELATED: Visibility = Visibility {
     about: "Smith, separable: masking times shadowing, darker than `smith` at grazing angles",
     source: "Walter, Marschner, Li, Torrance 2007, Eq. 23; Heitz 2014, Eq. 98",
     file: "smith_uncorrelated",
-    cone: |n_dot_v, alpha| cone(n_dot_v, alpha, g_over_n_dot_v),
+    cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
     bounded: Bounded::Always,
     smith: true,

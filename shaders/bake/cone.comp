@@ -1,8 +1,9 @@
 #version 450
-// Directional albedo: one value a texel. Rust twin: src/bake/albedo.rs.
+// Directional albedo of GGX, one integral a Fresnel weight and texel. Rust twin: src/rule/cone.rs.
 
 #include "lib/table.glsl"
 #include <visibility>
+#include <fresnel>
 #include "rule/cone.glsl"
 
 void main() {
@@ -10,5 +11,5 @@ void main() {
         return;
     }
     uint texel = slice.first + gl_GlobalInvocationID.x;
-    result[texel] = cone(n_dot_v_of[texel % slice.columns], alpha_of[texel / slice.columns]).x;
+    result[texel] = cone(n_dot_v_of[texel % slice.columns], alpha_of[texel / slice.columns]);
 }

@@ -1,0 +1,8 @@
+// Optical constants below the surface relative to those above. Rust twin: `Optics` in src/term/fresnel/mod.rs.
+
+struct Optics {
+    // Refractive index of red, green and blue; a dielectric has one, the first.
+    vec3 eta;
+    // Extinction coefficient, for conductors.
+    vec3 k;
+};

@@ -1,0 +1,205 @@
+//! Fresnel terms, one file each; the GLSL twin of `term/fresnel/x.rs` is `shaders/term/fresnel/x.glsl`.
+//!
+//! A bake integrates the BRDF with F replaced by up to four *weights* at once, functions of v·h alone. The first weight is
+//! always 1, so that the first integral is the directional albedo with F = 1; the others are what the term splits
+//! reflectance into.
+
+pub mod conductor;
+pub mod dielectric;
+pub mod internal;
+pub mod one;
+pub mod schlick;
+
+use std::fmt;
+
+use crate::error::{Error, Result};
+
+/// Weights that a bake integrates at once.
+pub const WEIGHTS: usize = 4;
+
+/// Values of the weights, or integrals over them.
+pub type Weights = [f64; WEIGHTS];
+
+/// A Fresnel term.
+pub struct Term {
+    /// The name used in files.
+    pub name: &'static str,
+    /// One line for lists.
+    pub about: &'static str,
+    /// Paper and equation.
+    pub source: &'static str,
+    /// Stem of its two files.
+    pub file: &'static str,
+    /// The weights at cosine v·h in [0, 1].
+    pub weights: fn(v_dot_h: f64, optics: &Optics) -> Weights,
+    /// Cosine v·h at which they are not smooth; an integration splits there.
+    pub kink: Option<fn(optics: &Optics) -> f64>,
+    /// Azimuth nodes a panel of the h-split rule, crowded at the panel's end, where the geometry term's will not do; the
+    /// GLSL twin says the same as `FRESNEL_AZIMUTH_NODES`.
+    pub azimuth: Option<usize>,
+}
+
+/// Optical constants of what is below the surface, relative to what is above it, for red, green and blue.
+/// GLSL twin: `shaders/lib/optics.glsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Optics {
+    /// Refractive index; a dielectric has one, the first.
+    pub eta: [f64; 3],
+    /// Extinction coefficient, for conductors.
+    pub k: [f64; 3],
+}
+
+/// A Fresnel term with the optical constants that it needs.
+#[derive(Clone, Copy)]
+pub struct Fresnel {
+    /// The term.
+    pub term: &'static Term,
+    /// Its constants; all 0 where it needs none.
+    pub optics: Optics,
+}
+
+/// Every Fresnel term, in the order of their documentation.
+pub static TERMS: &[&Term] =
+    &[&one::ONE, &schlick::SCHLICK, &dielectric::DIELECTRIC, &internal::INTERNAL, &conductor::CONDUCTOR];
+
+/// Refractive indices, relative to the other side, that are baked.
+pub const IOR_RANGE: [f64; 2] = [0.2, 5.0];
+
+impl Fresnel {
+    /// F = 1.
+    pub const ONE: Fresnel = Fresnel { term: &one::ONE, optics: Optics { eta: [0.0; 3], k: [0.0; 3] } };
+    /// Schlick's split.
+    pub const SCHLICK: Fresnel = Fresnel { term: &schlick::SCHLICK, optics: Optics { eta: [0.0; 3], k: [0.0; 3] } };
+
+    /// A dielectric of refractive index `ior` over the index of the medium that light comes from: above 1 seen from
+    /// outside, below 1 from inside.
+    pub fn dielectric(ior: f64) -> Result<Fresnel> {
+        let [least, most] = IOR_RANGE;
+        if !(least..=most).contains(&ior) || ior == 1.0 {
+            return Err(Error::usage(
+                format!("a refractive index of {ior} cannot be baked"),
+                format!("give a number from {least} to {most} other than 1; below 1 is light that comes from inside"),
+            ));
+        }
+        let term = if ior > 1.0 { &dielectric::DIELECTRIC } else { &internal::INTERNAL };
+        Ok(Fresnel { term, optics: Optics { eta: [ior; 3], k: [0.0; 3] } })
+    }
+
+    /// A conductor of refractive index `eta` and extinction coefficient `k` for red, green and blue.
+    pub fn conductor(eta: [f64; 3], k: [f64; 3]) -> Result<Fresnel> {
+        let bad = |x: &&f64| !(0.0..=100.0).contains(*x);
+        if let Some(bad) = eta.iter().chain(&k).find(bad) {
+            return Err(Error::usage(
+                format!("{bad} is not a refractive index or extinction coefficient that can be baked"),
+                "give numbers from 0 to 100",
+            ));
+        }
+        if eta.iter().zip(&k).any(|(eta, k)| *eta < 1.0 && *k < 0.01) {
+            return Err(Error::usage(
+                "a conductor with eta below 1 and no extinction would reflect totally like the inside of a dielectric",
+                "give its k, or bake a dielectric with --ior",
+            ));
+        }
+        Ok(Fresnel { term: &conductor::CONDUCTOR, optics: Optics { eta, k } })
+    }
+
+    /// The term that its canonical text, as [`fmt::Display`] writes it, describes.
+    pub fn parse(text: &str) -> Result<Fresnel> {
+        let bad = || Error::usage(format!("unknown Fresnel term '{text}'"), "see `brdf-baker list fresnels`");
+        let (name, list) = text.split_once(':').unwrap_or((text, ""));
+        let numbers = |key: &str| -> Result<Vec<f64>> {
+            let found = list.split(',').find_map(|pair| pair.strip_prefix(key)?.strip_prefix('='));
+            found.ok_or_else(bad)?.split('/').map(|n| n.parse().map_err(|_| bad())).collect()
+        };
+        let three = |key: &str| -> Result<[f64; 3]> { numbers(key)?.try_into().map_err(|_| bad()) };
+        match name {
+            "one" if list.is_empty() => Ok(Fresnel::ONE),
+            "schlick" if list.is_empty() => Ok(Fresnel::SCHLICK),
+            "dielectric" => Fresnel::dielectric(*numbers("ior")?.first().ok_or_else(bad)?),
+            "conductor" => Fresnel::conductor(three("eta")?, three("k")?),
+            _ => Err(bad()),
+        }
+    }
+
+    /// The weights at cosine v·h.
+    pub fn weights(&self, v_dot_h: f64) -> Weights {
+        (self.term.weights)(v_dot_h, &self.optics)
+    }
+
+    /// Cosine v·h at which the weights are not smooth.
+    pub fn kink(&self) -> Option<f64> {
+        self.term.kink.map(|kink| kink(&self.optics))
+    }
+}
+
+/// The canonical text, which [`Fresnel::parse`] reads back.
+impl fmt::Display for Fresnel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Optics { eta, k } = self.optics;
+        let list = |x: [f64; 3]| x.map(|x| x.to_string()).join("/");
+        match self.term.name {
+            // Outside and inside are one term to a user: the index tells them apart.
+            "dielectric" | "internal" => write!(f, "dielectric:ior={}", eta[0]),
+            "conductor" => write!(f, "conductor:eta={},k={}", list(eta), list(k)),
+            name => f.write_str(name),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_parsed_and_printed_canonically() {
+        for text in ["one", "schlick", "dielectric:ior=1.5", "dielectric:ior=0.5", "conductor:eta=0.2/1/1.5,k=3/2.5/2"]
+        {
+            assert_eq!(Fresnel::parse(text).unwrap().to_string(), text);
+        }
+        for text in ["", "schlick:ior=1", "dielectric", "dielectric:ior=1", "dielectric:ior=x", "conductor:eta=1,k=2"] {
+            assert!(Fresnel::parse(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn first_weight_is_one() {
+        for text in ["one", "schlick", "dielectric:ior=1.5", "dielectric:ior=0.5", "conductor:eta=0.2/1/1.5,k=3/2.5/2"]
+        {
+            let fresnel = Fresnel::parse(text).unwrap();
+            for c in [0.0, 0.3, 1.0] {
+                assert_eq!(fresnel.weights(c)[0], 1.0, "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn transparent_conductor_is_a_dielectric() {
+        for c in [0.0, 0.01, 0.2, 0.7, 1.0] {
+            for eta in [1.1, 1.5, 2.4] {
+                let (a, b) = (conductor::conductor(c, eta, 0.0), dielectric::dielectric(c, eta));
+                assert!((a - b).abs() < 1e-14, "{c} {eta}: {a} and {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn reflectance_has_its_known_values() {
+        // Normal incidence, grazing, and Brewster's angle, where only the s-polarised half is left.
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-14, "{a} instead of {b}");
+        near(dielectric::dielectric(1.0, 1.5), 0.04);
+        near(dielectric::dielectric(0.0, 1.5), 1.0);
+        let brewster = 1.5f64.atan().cos();
+        let s = ((1.0 - 1.5f64 * 1.5) / (1.0 + 1.5 * 1.5)).powi(2);
+        near(dielectric::dielectric(brewster, 1.5), 0.5 * s);
+        near(conductor::conductor(0.0, 0.2, 3.9), 1.0);
+        near(conductor::conductor(1.0, 0.2, 3.9), (0.8 * 0.8 + 3.9 * 3.9) / (1.2 * 1.2 + 3.9 * 3.9));
+        // Snell's law seen from the other side: the same reflectance at the refracted angle.
+        for c in [0.1f64, 0.5, 0.9] {
+            let inside = (1.0 - (1.0 - c * c) / (1.5 * 1.5)).sqrt();
+            let a = dielectric::dielectric(c, 1.5);
+            let b = internal::internal(inside, 1.0 / 1.5);
+            assert!((a - b).abs() < 1e-12, "{c}: {a} and {b}");
+        }
+        near(internal::internal(0.7, 1.0 / 1.5), 1.0);
+    }
+}
