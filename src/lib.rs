@@ -40,6 +40,7 @@ pub mod env;
 pub mod error;
 pub mod format;
 pub mod gpu;
+pub mod material;
 pub mod ndf;
 pub mod progress;
 pub mod quadrature;
