@@ -22,6 +22,9 @@ float dielectric(float v_dot_h, float eta) {
 // Reflectance of the plane face of a medium of complex index eta - ik relative to this side, unpolarised. Born, Wolf,
 // 7th ed., section 14.2. Domain: v_dot_h in [0, 1], eta > 0, k >= 0.
 float conductor(float v_dot_h, float eta, float k) {
+    if (v_dot_h <= 0.0) {
+        return 1.0;
+    }
     float sin2 = 1.0 - v_dot_h * v_dot_h;
     float re = eta * eta - k * k - sin2;
     float modulus = sqrt(re * re + 4.0 * eta * eta * k * k);

@@ -73,7 +73,7 @@ pub static METALS: [Metal; 10] = [
         n_k: data::TITANIUM,
         published: ([0.542, 0.497, 0.449], [194, 187, 179]),
         agreement: 0.1,
-        note: "measured on clean evaporated films, which reflect more than the surface behind the published values",
+        note: "of evaporated films; the published values are of another measurement, and lower",
     },
     Metal {
         name: "chromium",

@@ -28,6 +28,10 @@ pub fn dielectric(v_dot_h: f64, eta: f64) -> f64 {
 /// Rs = ((a − c)² + b²)/((a + c)² + b²), Rp = Rs ((ac − s²)² + (bc)²)/((ac + s²)² + (bc)²), without a limit at c = 0.
 /// Domain: v_dot_h in [0, 1], eta > 0, k ≥ 0. GLSL twin `shaders/term/fresnel.glsl`.
 pub fn conductor(v_dot_h: f64, eta: f64, k: f64) -> f64 {
+    // All is reflected, even where eta = 1 and k = 0 leave 0/0.
+    if v_dot_h <= 0.0 {
+        return 1.0;
+    }
     let sin2 = 1.0 - v_dot_h * v_dot_h;
     let re = eta * eta - k * k - sin2;
     let modulus = (re * re + 4.0 * eta * eta * k * k).sqrt();
