@@ -19,6 +19,7 @@ pub mod dielectric;
 mod fit;
 pub mod metal;
 pub mod observer;
+#[allow(clippy::approx_constant, reason = "two of the measured k happen to be 3.14")]
 mod optical_constants;
 pub mod srgb;
 
