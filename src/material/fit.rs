@@ -29,7 +29,7 @@ pub struct Channel {
 /// The best pair for each channel of a curve of reflectance against the cosine.
 ///
 /// With the normal reflectance R given, eta runs from (1 − √R)/(1 + √R) to its inverse and
-/// k² = (R (eta + 1)² − (eta − 1)²)/(1 − R) follows (Gulbrandsen 2014, Artist friendly metallic Fresnel, JCGT 3(4)): one
+/// k² = (R (eta + 1)² − (eta − 1)²)/(1 − R) follows (Gulbrandsen 2014, Artist friendly metallic Fresnel, JCGT 3): one
 /// unknown is left. It is searched on a logarithmic grid, because there may be two minima, then by golden section.
 pub(super) fn channels(curve: impl Fn(f64) -> [f64; 3]) -> [Channel; 3] {
     let nodes: Vec<(f64, f64)> = gauss_legendre(COSINES).iter().map(|n| (0.5 * (1.0 + n.x), 0.5 * n.weight)).collect();

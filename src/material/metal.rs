@@ -62,7 +62,7 @@ impl Metal {
 }
 
 const JOHNSON_1974: &str = "Johnson, Christy 1974, Optical constants of transition metals, Phys. Rev. B 9, 5056-5070";
-const LYNCH: &str = "Lynch, Hunter 1985, in Palik (ed.), Handbook of Optical Constants of Solids, 275-367";
+const PALIK: &str = "Palik (ed.) 1985, Handbook of Optical Constants of Solids, Academic Press";
 
 /// The registry.
 pub static METALS: [Metal; 10] = [
@@ -96,7 +96,7 @@ pub static METALS: [Metal; 10] = [
     Metal {
         name: "nickel",
         also: &["Ni"],
-        source: LYNCH,
+        source: PALIK,
         n_k: data::NICKEL,
         published: ([0.660, 0.609, 0.526], [212, 205, 192]),
         agreement: 0.001,
@@ -142,7 +142,7 @@ pub static METALS: [Metal; 10] = [
     Metal {
         name: "gold",
         also: &["Au"],
-        source: LYNCH,
+        source: PALIK,
         n_k: data::GOLD,
         published: ([1.000, 0.782, 0.344], [255, 229, 158]),
         agreement: 0.002,
@@ -151,7 +151,7 @@ pub static METALS: [Metal; 10] = [
     Metal {
         name: "silver",
         also: &["Ag"],
-        source: LYNCH,
+        source: PALIK,
         n_k: data::SILVER,
         published: ([0.972, 0.960, 0.915], [252, 250, 245]),
         agreement: 0.001,

@@ -46,7 +46,7 @@ pub fn rgb(reflectance: impl Fn(f64) -> f64) -> [f64; 3] {
     sum
 }
 
-/// Wavelength in nm; x̄, ȳ, z̄ of the CIE 1931 2° observer (CIE 15:2004, Table T.4); relative power of D65 (Table T.1).
+/// Wavelength in nm; x̄, ȳ, z̄ of the CIE 1931 2° observer and relative power of D65 (CIE 15:2004).
 const OBSERVER_AND_D65: [[f64; 5]; 85] = [
     [360.0, 0.0001299, 3.917e-06, 0.0006061, 46.6383],
     [365.0, 0.0002321, 6.965e-06, 0.001086, 49.3637],

@@ -1,6 +1,6 @@
 //! The transfer function of sRGB.
 
-/// The encoded value of a linear one. IEC 61966-2-1:1999, section 5.2. Domain: [0, 1].
+/// The encoded value of a linear one. IEC 61966-2-1:1999. Domain: [0, 1].
 pub fn encode(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
