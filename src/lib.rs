@@ -23,6 +23,7 @@
 //!   and the geometry term that it is computed for.
 //! - A **rule** ([`rule`]) is a fixed quadrature. It runs as a Vulkan kernel in f32 and as its **twin** in f64.
 //! - The **truth** ([`verify::truth`]) is adaptive f64 integration in other coordinates, with an error bound.
+//! - A **material** ([`material`]) is a named metal or dielectric, with its reflectance as linear sRGB.
 //! - A [`bake::Backend`] is a Vulkan device or the processor; a [`texture::Texture`] travels between all modules; a
 //!   [`format::Format`] writes and reads it.
 //!
@@ -40,6 +41,7 @@ pub mod env;
 pub mod error;
 pub mod format;
 pub mod gpu;
+pub mod material;
 pub mod ndf;
 pub mod progress;
 pub mod quadrature;

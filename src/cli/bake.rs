@@ -6,6 +6,8 @@ use std::time::Instant;
 use brdf_baker::axis::Points;
 use brdf_baker::bake::{Backend, TableRequest};
 use brdf_baker::format::{self, Encoding, Output};
+use brdf_baker::material;
+use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::texture::Shape;
 use brdf_baker::verify::table::{Extent, check};
 use brdf_baker::{Error, Result};
@@ -30,6 +32,15 @@ pub struct BakeArgs {
     /// Geometry term
     #[arg(long, default_value = "smith", value_name = "NAME")]
     visibility: String,
+    /// Exact Fresnel of a dielectric of this refractive index over the medium's that light comes from; below 1 from inside
+    #[arg(long, value_name = "N", group = "fresnel")]
+    ior: Option<f64>,
+    /// Exact Fresnel of a conductor: eta and k, or eta of red, green, blue and then k of red, green, blue
+    #[arg(long, value_name = "ETA,K|R,G,B,R,G,B", group = "fresnel", value_delimiter = ',')]
+    eta_k: Option<Vec<f64>>,
+    /// Exact Fresnel of a named material, see `brdf-baker materials`
+    #[arg(long, value_name = "NAME", group = "fresnel")]
+    material: Option<String>,
     /// What runs along x and y [default: n_dot_v,roughness]
     #[arg(long, value_name = "X,Y", value_delimiter = ',')]
     axes: Option<Vec<String>>,
@@ -52,12 +63,13 @@ impl BakeArgs {
         let start = Instant::now();
 
         // Everything that can be refused is refused before any work.
+        let fresnel = fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?;
         let request = TableRequest {
             table: self.table,
             size: self.size,
             ndf: self.ndf,
             visibility: self.visibility,
-            fresnel: None,
+            fresnel,
             axes: self.axes,
             points: Points::parse(&self.points)?,
             flip_v: self.flip_v,
@@ -80,6 +92,9 @@ impl BakeArgs {
             return Err(Error::Verify { what: format!("'{}' was not written: {failure}", self.output.display()) });
         }
         backend.check_messages()?;
+        if let Some(name) = &self.material {
+            texture.meta.set("material", name);
+        }
         texture.meta.set("error.worst", format!("{:.2e}", report.worst() + report.truth_error));
         texture.meta.set("error.median", format!("{:.2e}", report.median()));
         texture.meta.set("error.bound", format!("{:.0e}", job.tolerance().worst));
@@ -112,6 +127,24 @@ impl BakeArgs {
             }),
         )
     }
+}
+
+/// The Fresnel term that was asked for; `None` for the table's own.
+fn fresnel(ior: Option<f64>, eta_k: Option<&[f64]>, material: Option<&str>) -> Result<Option<Fresnel>> {
+    let term = match (ior, eta_k, material) {
+        (Some(ior), ..) => Fresnel::dielectric(ior)?,
+        (_, Some([eta, k]), _) => Fresnel::conductor([*eta; 3], [*k; 3])?,
+        (_, Some([er, eg, eb, kr, kg, kb]), _) => Fresnel::conductor([*er, *eg, *eb], [*kr, *kg, *kb])?,
+        (_, Some(other), _) => {
+            return Err(Error::usage(
+                format!("--eta-k got {} numbers", other.len()),
+                "give 2, eta and k, or 6, eta of red, green and blue and then k of red, green and blue",
+            ));
+        }
+        (.., Some(name)) => material::parse(name)?.fresnel()?,
+        (None, None, None) => return Ok(None),
+    };
+    Ok(Some(term))
 }
 
 /// `N` or `WxH`.

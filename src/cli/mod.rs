@@ -5,6 +5,7 @@ pub mod console;
 mod env;
 mod info;
 mod list;
+mod materials;
 mod verify;
 
 use std::path::PathBuf;
@@ -88,6 +89,14 @@ enum Command {
         #[arg(value_enum)]
         what: Option<list::What>,
     },
+    /// Print named metals and dielectrics: index, reflectance as linear sRGB, source
+    #[command(after_help = "Examples:
+  brdf-baker materials copper
+  brdf-baker materials --json")]
+    Materials {
+        /// Only this one
+        name: Option<String>,
+    },
     /// Write shell completions to stdout
     #[command(after_help = "Examples:
   brdf-baker completions bash > ~/.local/share/bash-completion/completions/brdf-baker
@@ -108,6 +117,7 @@ pub fn run(args: Args) -> Result<()> {
         Command::Info { file } => info::run(&file, &mut console),
         Command::Devices => list::devices(&mut console),
         Command::List { what } => list::run(what, &mut console),
+        Command::Materials { name } => materials::run(name.as_deref(), &mut console),
         Command::Completions { shell } => {
             let mut script = vec![];
             clap_complete::generate(shell, &mut Args::command(), "brdf-baker", &mut script);

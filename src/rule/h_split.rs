@@ -90,15 +90,17 @@ impl Row {
         // Upright facets spread Smith's function over all directions; a lobe's is concentrated at the horizon, but one that
         // is nearly uniform may end in a fractional power of the sine at the normal.
         let usual = if ndf.family.flat.falling { 0.5 } else { 1.0 };
-        let mut best = f64::INFINITY;
-        for linear in [usual, 1.5 - usual] {
-            row.expand(ndf, &lobe, linear, &mut best);
+        let best = row.expand(ndf, &lobe, usual, &MAPS, f64::INFINITY);
+        if best > GOOD {
+            // Gentle maps only, and for a clear gain: rounding grows with the steepness of the map.
+            row.expand(ndf, &lobe, 1.5 - usual, &MAPS[..3], 0.1 * best);
         }
         row
     }
 
-    /// Expands Smith's function around `linear`·n·x; keeps the series if its error falls below `best`, until it is good.
-    fn expand(&mut self, ndf: &Ndf, lobe: &Lobe, linear: f64, best: &mut f64) {
+    /// Expands Smith's function around `linear`·n·x, with one map after the other until the series is good. Keeps the best one
+    /// with an error, relative to the largest value, below `best`, and returns that error.
+    fn expand(&mut self, ndf: &Ndf, lobe: &Lobe, linear: f64, maps: &[(f64, f64)], mut best: f64) -> f64 {
         let from_sine = linear != 1.0;
         let rest = |u: f64| {
             let n_dot_x = if from_sine { ((1.0 - u) * (1.0 + u)).sqrt() } else { u };
@@ -108,9 +110,9 @@ impl Row {
         // The mean slope of the facets is the length over which Smith's function decays.
         let slope = if from_sine { lobe.alpha.sqrt() } else { PI * ends[0] };
         let largest = ends[0].max(ends[1]);
-        for (power, factor) in MAPS {
-            if *best < GOOD {
-                return;
+        for (power, factor) in maps.iter().copied() {
+            if best < GOOD {
+                break;
             }
             let scale = factor * slope;
             let end = (1.0 + 1.0 / scale).powf(-power);
@@ -128,8 +130,8 @@ impl Row {
             let near: f64 = coefficients.iter().sum();
             let far: f64 = coefficients.iter().rev().fold(0.0, |sum, c| c - sum);
             let error = (tail + (near - ends[0]).abs() + (far - ends[1]).abs()) / largest;
-            if error < *best {
-                *best = error;
+            if error < best {
+                best = error;
                 self.linear = linear;
                 self.inverse_scale = 1.0 / scale;
                 self.power = power;
@@ -138,6 +140,7 @@ impl Row {
                 self.coefficients = coefficients;
             }
         }
+        best
     }
 
     /// Smith's projected area n·x (1 + Λ).

@@ -94,9 +94,9 @@ impl Fresnel {
                 "give numbers from 0 to 100",
             ));
         }
-        if eta.iter().zip(&k).any(|(eta, k)| *eta < 1.0 && *k < 0.01) {
+        if eta.iter().zip(&k).any(|(eta, k)| *eta <= 1.0 && *k < 0.01) {
             return Err(Error::usage(
-                "a conductor with eta below 1 and no extinction would reflect totally like the inside of a dielectric",
+                "a conductor with eta up to 1 and no extinction would reflect like the inside of a dielectric",
                 "give its k, or bake a dielectric with --ior",
             ));
         }

@@ -14,7 +14,7 @@ pub static SMITH_UNCORRELATED: Visibility = Visibility {
     bounded: Bounded::Always,
     smith: true,
     kinks: None,
-    outer: 24,
+    outer: 26,
     crowd: 1,
     azimuth: 10,
     crowd_horizon: false,
