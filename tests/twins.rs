@@ -12,7 +12,7 @@ use brdf_baker::term::visibility::{self, Directions, VISIBILITIES};
 use brdf_baker::term::{cube, trig, zonal};
 
 mod common;
-use common::{FRESNELS, NDFS, Random, on_gpu};
+use common::{ELLIPTIC, FRESNELS, NDFS, Random, on_gpu};
 
 const PROBES: usize = 4096;
 
@@ -297,6 +297,26 @@ fn every_fresnel_term_agrees_with_its_twin() {
                     ..TableRequest::new("albedo")
                 };
                 agrees(&request, backend);
+            }
+        }
+    });
+}
+
+#[test]
+fn anisotropic_lobes_agree_with_their_twins() {
+    on_gpu(|backend| {
+        for ndf in ELLIPTIC {
+            for visibility in VISIBILITIES.iter().filter(|v| v.kinks.is_none()) {
+                for points in [Points::Centers, Points::Edges] {
+                    let request = TableRequest {
+                        ndf: ndf.into(),
+                        visibility: visibility.name.into(),
+                        size: (16, 12),
+                        points,
+                        ..TableRequest::new("split-sum")
+                    };
+                    agrees(&request, backend);
+                }
             }
         }
     });

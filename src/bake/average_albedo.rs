@@ -12,7 +12,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use super::grid::Grid;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::ndf::alpha_of;
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::{Estimate, integrate};
@@ -108,6 +108,16 @@ impl Table for AverageAlbedo {
             sum.iter_mut().zip(e).for_each(|(s, e)| *s += node.weight * e);
         }
         sum
+    }
+
+    fn check(&self, model: &Model) -> Result<()> {
+        if !model.is_anisotropic() {
+            return Ok(());
+        }
+        Err(Error::usage(
+            "average-albedo holds the mean of a round lobe: an anisotropic one depends on the azimuth as well",
+            "bake albedo at some azimuths, --ndf ggx:ratio=0.3,azimuth=45",
+        ))
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {

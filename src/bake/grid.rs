@@ -6,11 +6,13 @@ use bytemuck::Pod;
 use rayon::prelude::*;
 
 use super::slices::next_slice;
+use super::model::Method;
 use super::{At, Backend, Model};
 use crate::error::Result;
 use crate::gpu::{Buffer, Gpu, MAX_GROUPS};
 use crate::ndf::alpha_of;
 use crate::progress::{OnProgress, tick};
+use crate::rule::cone_elliptic::{self, Cone};
 use crate::rule::cone_nodes;
 use crate::rule::h_split::{Row, outer};
 use crate::shaders;
@@ -77,9 +79,9 @@ impl Grid<'_> {
     }
 
     fn on_gpu(&self, gpu: &Gpu, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
-        let cone = model.uses_cone();
+        let method = model.method();
         let name = model.kernel();
-        let bindings = if cone { 4 } else { 5 };
+        let bindings = if method == Method::HSplit { 5 } else { 4 };
         let kernel = gpu.kernel(&name, &shaders::spirv(&name), bindings, size_of::<Slice>() as u32)?;
         let n_dot_v: Vec<f32> = self.n_dot_v.iter().map(|x| *x as f32).collect();
         let n_dot_v = gpu.upload("n_dot_v", &n_dot_v)?;
@@ -89,16 +91,17 @@ impl Grid<'_> {
         let columns = self.n_dot_v.len() as u32;
         let row_bytes = u64::from(columns) * size_of::<[f32; WEIGHTS]>() as u64;
         let band_rows = (BAND_BYTES / row_bytes).max(1) as usize;
-        let band_rows = if cone { band_rows } else { (NODES_BAND / self.n_dot_v.len()).clamp(1, band_rows) };
+        let band_rows =
+            if method == Method::Cone { band_rows } else { (NODES_BAND / self.n_dot_v.len()).clamp(1, band_rows) };
         let total = f64::from(columns) * self.roughness.len() as f64;
         let mut inputs = Inputs::default();
         let mut out = Vec::with_capacity(columns as usize * self.roughness.len() * WEIGHTS);
         let mut slice = self.first_slice.unwrap_or(FIRST_SLICE);
         for band in self.roughness.chunks(band_rows) {
-            if cone {
-                inputs.cone(gpu, band)?;
-            } else {
-                inputs.h_split(gpu, model, self.n_dot_v, band)?;
+            match method {
+                Method::Cone => inputs.cone(gpu, band)?,
+                Method::ConeElliptic => inputs.cone_elliptic(gpu, model, self.n_dot_v, band)?,
+                Method::HSplit => inputs.h_split(gpu, model, self.n_dot_v, band)?,
             }
             let result = gpu.buffer("result", row_bytes * band.len() as u64)?;
             let buffers: Vec<&Buffer> = std::iter::once(&n_dot_v).chain(&inputs.buffers).chain([&result]).collect();
@@ -146,6 +149,29 @@ impl Inputs {
         let nodes: Vec<[f32; 4]> = nodes.iter().map(|n| [n.near as f32, n.far as f32, n.weight as f32, 0.0]).collect();
         self.put(gpu, 0, "alpha", &alpha)?;
         self.put(gpu, 1, "cone nodes", &nodes)
+    }
+
+    /// The cones and their latitudes, as `shaders/rule/cone_elliptic.glsl` reads them.
+    fn cone_elliptic(&mut self, gpu: &Gpu, model: &Model, n_dot_v: &[f64], band: &[f64]) -> Result<()> {
+        let texels = band.len() * n_dot_v.len();
+        let mut records = vec![[[0f32; 4]; cone_elliptic::RECORD]; texels];
+        let mut nodes = vec![[[0f32; 4]; cone_elliptic::OUTER]; texels];
+        records.par_iter_mut().zip(&mut nodes).enumerate().for_each(|(texel, (record, nodes))| {
+            let mu = n_dot_v[texel % n_dot_v.len()];
+            let lobe = model.ndf.lobe(band[texel / n_dot_v.len()]);
+            let Some(ellipse) = lobe.and_then(|lobe| model.ndf.ellipse(&lobe)) else {
+                // A mirror: no width, and nothing but n·v.
+                record[4][2] = mu as f32;
+                return;
+            };
+            let cone = Cone::new(ellipse, mu);
+            *record = cone.record();
+            for (to, n) in nodes.iter_mut().zip(cone.latitudes()) {
+                *to = [n.tan as f32, n.sin2 as f32, n.cos2 as f32, n.weight as f32];
+            }
+        });
+        self.put(gpu, 0, "cones", records.as_flattened().as_flattened())?;
+        self.put(gpu, 1, "latitudes", nodes.as_flattened().as_flattened())
     }
 
     /// The rows and the polar nodes of a band, as `shaders/lib/h_table.glsl` reads them.

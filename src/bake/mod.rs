@@ -186,6 +186,7 @@ impl TableRequest {
         let table = table(&self.table)?;
         let facts = table.facts();
         let model = Model::parse(&self.ndf, &self.visibility)?.with(self.fresnel.unwrap_or(facts.fresnel));
+        model.check()?;
         table.check(&model)?;
         let coordinates: Vec<Coordinate> = match &self.axes {
             None => facts.axes.to_vec(),

@@ -6,6 +6,7 @@ use super::{At, Tolerance};
 use crate::error::{Error, Result};
 use crate::ndf::{self, Given, Ndf, ggx};
 use crate::rule::cone::mirror;
+use crate::rule::cone_elliptic::{self, cone_elliptic};
 use crate::rule::cone_nodes;
 use crate::rule::h_split::{Outer, Row, h_split, outer};
 use crate::term::fresnel::{Fresnel, Weights};
@@ -20,6 +21,17 @@ pub struct Model {
     pub visibility: &'static Visibility,
     /// Fresnel term.
     pub fresnel: Fresnel,
+}
+
+/// Which rule computes a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// [`crate::rule::cone`].
+    Cone,
+    /// [`crate::rule::cone_elliptic`].
+    ConeElliptic,
+    /// [`crate::rule::h_split`].
+    HSplit,
 }
 
 /// A row and the model that it belongs to: neighbouring texels ask for the same one.
@@ -41,26 +53,63 @@ impl Model {
         Model { fresnel, ..self }
     }
 
-    /// GGX with smooth terms has a faster rule of its own.
-    pub fn uses_cone(&self) -> bool {
-        let smooth = self.visibility.kinks.is_none() && self.fresnel.kink().is_none();
-        std::ptr::eq(self.ndf.family, &ggx::GGX) && smooth
+    /// Which rule computes it: GGX with smooth terms has faster ones of its own.
+    pub fn method(&self) -> Method {
+        if self.is_anisotropic() {
+            Method::ConeElliptic
+        } else if std::ptr::eq(self.ndf.family, &ggx::GGX) && self.is_smooth() {
+            Method::Cone
+        } else {
+            Method::HSplit
+        }
+    }
+
+    fn is_smooth(&self) -> bool {
+        self.visibility.kinks.is_none() && self.fresnel.kink().is_none()
+    }
+
+    /// The lobe is not round.
+    pub fn is_anisotropic(&self) -> bool {
+        self.ndf.lobe(1.0).is_some_and(|lobe| self.ndf.ellipse(&lobe).is_some())
+    }
+
+    /// Refuses what no rule computes.
+    pub fn check(&self) -> Result<()> {
+        if self.is_anisotropic() && !self.is_smooth() {
+            let term = if self.visibility.kinks.is_some() { self.visibility.name } else { "internal reflection" };
+            return Err(Error::usage(
+                format!("an anisotropic lobe cannot be baked with {term}, which is not smooth"),
+                "choose --visibility smith or smith-uncorrelated and a refractive index above 1",
+            ));
+        }
+        Ok(())
     }
 
     /// The kernel that bakes it, as [`crate::shaders::spirv`] knows it.
     pub fn kernel(&self) -> String {
-        let rule = if self.uses_cone() { "cone" } else { "h_split" };
+        let rule = match self.method() {
+            Method::Cone => "cone",
+            Method::ConeElliptic => "cone_elliptic",
+            Method::HSplit => "h_split",
+        };
         format!("bake/{rule}+{}+{}", self.visibility.file, self.fresnel.term.file)
     }
 
     /// The rule's name and size, for certificates.
     pub fn rule_name(&self) -> String {
-        if self.uses_cone() {
-            let (outer, inner) = (cone_nodes::OUTER, cone_nodes::INNER);
-            format!("cone {outer}x{inner}, {} nodes", outer * inner)
-        } else {
-            let azimuth = self.fresnel.term.azimuth.unwrap_or(self.visibility.azimuth);
-            format!("h-split {}x{azimuth} a panel", self.visibility.outer)
+        match self.method() {
+            Method::Cone => {
+                let (outer, inner) = (cone_nodes::OUTER, cone_nodes::INNER);
+                format!("cone {outer}x{inner}, {} nodes", outer * inner)
+            }
+            Method::ConeElliptic => {
+                let (outer, inner) = (cone_elliptic::OUTER, cone_nodes::INNER);
+                format!("elliptic cone {outer}x{inner}, {} nodes", outer * inner)
+            }
+            Method::HSplit => {
+                let azimuth = self.fresnel.term.azimuth.unwrap_or(self.visibility.azimuth);
+                format!("h-split {}x{azimuth} a panel", self.visibility.outer)
+            }
         }
     }
 
@@ -69,8 +118,14 @@ impl Model {
         if at.roughness == 0.0 && !self.ndf.is_fixed() {
             return mirror(at.n_dot_v, self.visibility.g_over_n_dot_v, |v_dot_h| self.fresnel.weights(v_dot_h));
         }
-        if self.uses_cone() {
-            return (self.visibility.cone)(at.n_dot_v, ndf::alpha_of(at.roughness), &self.fresnel);
+        match self.method() {
+            Method::Cone => return (self.visibility.cone)(at.n_dot_v, ndf::alpha_of(at.roughness), &self.fresnel),
+            Method::ConeElliptic => {
+                if let Some(ellipse) = self.ndf.lobe(at.roughness).and_then(|lobe| self.ndf.ellipse(&lobe)) {
+                    return cone_elliptic(ellipse, at.n_dot_v, self.visibility.g_over_n_dot_v, &self.fresnel);
+                }
+            }
+            Method::HSplit => {}
         }
         let row = self.row(at.roughness);
         NODES.with_borrow_mut(|nodes| {
@@ -150,15 +205,20 @@ impl Model {
 
     /// The bounds of a table of this model; `cone` are those of the cone rule with Smith's terms.
     pub fn tolerance(&self, cone: &Tolerance) -> Tolerance {
-        if self.uses_cone() && self.visibility.smith {
+        let method = self.method();
+        if method == Method::Cone && self.visibility.smith {
             return *cone;
+        }
+        if method == Method::ConeElliptic {
+            let why = "tests/truth.rs: ratio 0.04, 3e-5";
+            return Tolerance { worst: 5e-5, median: 2e-6, near_zero: 1e-4, why };
         }
         let name = self.visibility.name;
         let standard = ["ggx", "beckmann", "blinn-phong"].contains(&self.ndf.family.name)
             && !["kelemen", "neubelt", "charlie", "beckmann-rational"].contains(&name);
         // Next to the critical angle a reflectance is as steep as a root.
         let steep = self.fresnel.kink().is_some();
-        let worst = if (standard && !steep) || self.uses_cone() { 2e-6 } else { 2e-5 };
+        let worst = if (standard && !steep) || method == Method::Cone { 2e-6 } else { 2e-5 };
         Tolerance { worst, median: 0.25 * worst, near_zero: 2.0 * worst, why: "tests/truth.rs, tests/twins.rs" }
     }
 }

@@ -153,6 +153,11 @@ impl Ndf {
         (alpha > 0.0 || self.is_fixed()).then_some(lobe)
     }
 
+    /// The ellipse of an anisotropic lobe; `None` for a round one.
+    pub fn ellipse(&self, lobe: &Lobe) -> Option<ggx::Ellipse> {
+        std::ptr::eq(self.family, &ggx::GGX).then(|| ggx::Ellipse::new(lobe)).flatten()
+    }
+
     /// Its parameters fix its width: it is the same for every roughness.
     pub fn is_fixed(&self) -> bool {
         (self.family.lobe)(0.5, &self.given) == (self.family.lobe)(1.0, &self.given)

@@ -2,5 +2,6 @@
 
 pub mod azimuth_nodes;
 pub mod cone;
+pub mod cone_elliptic;
 pub mod cone_nodes;
 pub mod h_split;

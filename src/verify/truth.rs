@@ -39,7 +39,8 @@ fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Esti
     let sv = ((1.0 - mu) * (1.0 + mu)).sqrt();
     let theta_v = sv.atan2(mu);
     let area = |x: f64| if visibility.smith { ndf.sigma(x, &lobe) } else { x };
-    let sigma_v = area(mu);
+    let ellipse = ndf.ellipse(&lobe);
+    let sigma_v = ellipse.map_or_else(|| area(mu), |ellipse| ellipse.sigma(ellipse.turned([sv, 0.0, mu])));
     // Offsets from the mirror direction, stretched by sinh so that peak and tails get panels of like width.
     let peak = 2.0 * lobe.peak;
     let warp = |offset: f64| (offset / peak).asinh();
@@ -85,13 +86,26 @@ fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Esti
             let hy = sin_l * phi.sin();
             let flat2 = hx * hx + hy * hy;
             let length2 = flat2 + hz * hz;
-            let d = ndf.d(hz * hz / length2, flat2 / length2, &lobe);
             let v_dot_h = 0.5 * length2.sqrt();
             let n_dot_h = 0.5 * hz / v_dot_h;
-            let directions = Directions { n_dot_l, n_dot_v: mu, n_dot_h, v_dot_h, sigma_l, sigma_v, alpha: lobe.alpha };
-            let g = (visibility.g_over_n_dot_v)(&directions);
-            // Both halves of the azimuth; the factor 1/4 of the BRDF; Jacobians of angle and stretch.
-            let f = 0.5 * d * g * sin_l * narrow * x.cosh();
+            let lit = |d: f64, sigma_l: f64| {
+                let alpha = lobe.alpha;
+                let directions = Directions { n_dot_l, n_dot_v: mu, n_dot_h, v_dot_h, sigma_l, sigma_v, alpha };
+                d * (visibility.g_over_n_dot_v)(&directions)
+            };
+            // Both halves of the azimuth.
+            let halves = match ellipse {
+                None => 2.0 * lit(ndf.d(hz * hz / length2, flat2 / length2, &lobe), sigma_l),
+                Some(ellipse) => [hy, -hy]
+                    .map(|hy| {
+                        let d = ellipse.d(ellipse.turned([hx, hy, hz]).map(|x| x / length2.sqrt()));
+                        lit(d, ellipse.sigma(ellipse.turned([hx - sv, hy, n_dot_l])))
+                    })
+                    .iter()
+                    .sum(),
+            };
+            // The factor 1/4 of the BRDF; Jacobians of angle and stretch.
+            let f = 0.25 * halves * sin_l * narrow * x.cosh();
             Estimate { value: model.fresnel.weights(v_dot_h.min(1.0)).map(|w| f * w), error: 0.0 }
         });
         Estimate { value: inner.value.map(|v| v * scale), error: inner.error * scale }

@@ -55,6 +55,10 @@ pub const NDFS: [&str; 10] = [
     "charlie",
 ];
 
+/// Anisotropic lobes, corners of ratio and azimuth included.
+pub const ELLIPTIC: [&str; 4] =
+    ["ggx:ratio=0.04,azimuth=75", "ggx:ratio=0.1,azimuth=85", "ggx:ratio=0.3,azimuth=30", "ggx:ratio=0.7"];
+
 /// Every Fresnel term, with constants of a gem, of glass from both sides, of a silvery and of a coloured metal.
 pub const FRESNELS: [&str; 7] = [
     "one",
