@@ -362,10 +362,40 @@ fn help_of_each_command_ends_with_two_examples() {
 }
 
 #[test]
+fn exact_fresnel_terms_are_baked_verified_and_described() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    for (options, channels, words) in [
+        (vec!["--material", "copper"], "red,green,blue", ["conductor:eta=", "copper"]),
+        (vec!["--eta-k", "0.2,3.9"], "red,green,blue", ["conductor:eta=0.2/0.2/0.2,k=3.9/3.9/3.9", "ggx"]),
+        (vec!["--eta-k", "0.2,1.1,1.25,3.9,2.6,2.3"], "red,green,blue", ["eta=0.2/1.1/1.25,k=3.9/2.6/2.3", "ggx"]),
+        (vec!["--material", "water"], "reflected", ["dielectric:ior=1.33", "water"]),
+        (vec!["--ior", "0.7"], "reflected", ["dielectric:ior=0.7", "ggx"]),
+    ] {
+        for table in ["albedo", "average-albedo"] {
+            let mut arguments = vec!["bake", table, "-o", "x.exr", "--size", "8"];
+            arguments.extend(&options);
+            succeeds(here, &arguments);
+            assert!(succeeds(here, &["verify", "x.exr"]).contains("right"));
+            let info = succeeds(here, &["info", "x.exr"]);
+            assert!(info.contains(channels) && words.iter().all(|w| info.contains(w)), "{info}");
+        }
+    }
+    let bake = |options: &[&'static str]| [&["bake", "albedo", "-o", "y.exr"], options].concat();
+    fails(here, &bake(&["--ior", "1"]), &["refractive index of 1", "0.2 to 5"]);
+    fails(here, &bake(&["--ior", "1.5", "--material", "gold"]), &["--ior", "--material"]);
+    fails(here, &bake(&["--material", "coper"]), &["unknown material 'coper'", "copper"]);
+    fails(here, &bake(&["--eta-k", "1,2,3"]), &["3 numbers", "give 2"]);
+    fails(here, &bake(&["--eta-k", "0.5,0"]), &["no extinction"]);
+    fails(here, &bake(&["--ndf", "ggx:ratio=0.5", "--visibility", "neumann"]), &["not smooth", "smith"]);
+    fails(here, &bake(&["--channels", "red"]), &["no channel 'red'", "albedo"]);
+}
+
+#[test]
 fn lists_come_from_the_registries() {
     let folder = TempDir::new().unwrap();
     let all = succeeds(folder.path(), &["list"]);
-    for name in ["split-sum", "albedo", "average-albedo", "ggx", "smith-uncorrelated", "rg16f"] {
+    for name in ["split-sum", "albedo", "average-albedo", "ggx", "smith-uncorrelated", "conductor", "rg16f"] {
         assert!(all.contains(name), "{name}");
     }
     let tables = succeeds(folder.path(), &["list", "tables"]);

@@ -4,11 +4,13 @@ use brdf_baker::axis::Points;
 use brdf_baker::bake::{Backend, TableJob, TableRequest};
 use brdf_baker::format::Encoding;
 use brdf_baker::progress::ignore;
+use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::term::visibility::VISIBILITIES;
 use brdf_baker::texture::Texture;
 use brdf_baker::verify::table::{Extent, check};
 
 mod common;
+use common::{ELLIPTIC, FRESNELS};
 
 fn job(name: &str) -> TableJob {
     let size = if name == "average-albedo" { (64, 1) } else { (32, 32) };
@@ -103,23 +105,62 @@ fn other_geometry_term_is_seen() {
     assert!(!failures(&stated, &baked(&other.resolve().unwrap())).is_empty());
 }
 
-/// A table of each model passes as itself and fails as the next one.
+/// A split-sum table of each pair of distribution and geometry term passes as itself and fails as the next one.
 fn told_apart(models: &[(&str, &str)]) {
-    let of = |(ndf, visibility): (&str, &str)| {
-        let request = TableRequest {
-            ndf: ndf.into(),
-            visibility: visibility.into(),
-            size: (24, 24),
-            ..TableRequest::new("split-sum")
-        };
-        request.resolve().unwrap()
+    let request = |(ndf, visibility): &(&str, &str)| TableRequest {
+        ndf: ndf.to_string(),
+        visibility: visibility.to_string(),
+        size: (24, 24),
+        ..TableRequest::new("split-sum")
     };
-    for (i, model) in models.iter().enumerate() {
-        let next = models[(i + 1) % models.len()];
-        let texture = baked(&of(*model));
-        assert_eq!(failures(&of(*model), &texture), Vec::<String>::new(), "{model:?}");
-        assert!(!failures(&of(next), &texture).is_empty(), "{model:?} passes for {next:?}");
+    requests_told_apart(&models.iter().map(request).collect::<Vec<_>>());
+}
+
+/// A table of each request passes as itself and fails as the next one.
+fn requests_told_apart(requests: &[TableRequest]) {
+    let jobs: Vec<TableJob> = requests.iter().map(|r| r.resolve().unwrap()).collect();
+    for (i, job) in jobs.iter().enumerate() {
+        let next = &jobs[(i + 1) % jobs.len()];
+        let texture = baked(job);
+        let name = |job: &TableJob| format!("{} {} {}", job.model.ndf, job.model.visibility.name, job.model.fresnel);
+        assert_eq!(failures(job, &texture), Vec::<String>::new(), "{}", name(job));
+        assert!(!failures(next, &texture).is_empty(), "{} passes for {}", name(job), name(next));
     }
+}
+
+#[test]
+fn every_fresnel_term_is_told_from_the_next() {
+    // Dielectrics have one channel, metals three.
+    let request = |text: &str| TableRequest {
+        fresnel: Some(Fresnel::parse(text).unwrap()),
+        size: (24, 24),
+        ..TableRequest::new("albedo")
+    };
+    let (metals, dielectrics): (Vec<&str>, Vec<&str>) =
+        FRESNELS.into_iter().filter(|t| t.contains(':')).partition(|t| t.starts_with("conductor"));
+    assert!(metals.len() >= 2 && dielectrics.len() >= 3);
+    requests_told_apart(&metals.iter().map(|t| request(t)).collect::<Vec<_>>());
+    requests_told_apart(&dielectrics.iter().map(|t| request(t)).collect::<Vec<_>>());
+    // 1 % of an index.
+    requests_told_apart(&["dielectric:ior=1.5", "dielectric:ior=1.515"].map(request));
+}
+
+#[test]
+fn every_anisotropic_lobe_is_told_from_the_next() {
+    let mut models: Vec<_> = ELLIPTIC.iter().map(|ndf| (*ndf, "smith")).collect();
+    // One degree of azimuth, and none at all.
+    models.extend([("ggx:ratio=0.3,azimuth=31", "smith"), ("ggx", "smith")]);
+    told_apart(&models);
+}
+
+#[test]
+fn f82_for_bias_is_seen() {
+    let channels = |list: &[&str]| TableRequest {
+        channels: Some(list.iter().map(|c| c.to_string()).collect()),
+        size: (24, 24),
+        ..TableRequest::new("split-sum")
+    };
+    requests_told_apart(&[channels(&["scale", "f82"]), channels(&["scale", "bias"])]);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::term::visibility::{self, Directions, VISIBILITIES, smith, smith_uncorrelated};
 
 mod common;
-use common::NDFS;
+use common::{ELLIPTIC, FRESNELS, NDFS};
 
 const LN2: f64 = std::f64::consts::LN_2;
 
@@ -362,4 +362,113 @@ fn every_table_states_its_source_and_bounds() {
         assert!(!facts.source.is_empty() && !facts.usage.is_empty() && !facts.tolerance.why.is_empty());
         assert!(facts.tolerance.worst <= 1e-6 && facts.tolerance.median < facts.tolerance.worst);
     }
+}
+
+/// ∫ f(x, y, z) over unit vectors of the hemisphere, smooth for any ellipse that is not too narrow.
+fn over_facets(ellipse: &ggx::Ellipse, f: impl Fn([f64; 3]) -> f64) -> f64 {
+    let (polar, azimuth) = (gauss_legendre(300), 1024);
+    let mut sum = 0.0;
+    for p in &polar {
+        // In the stretched hemisphere, where the density is 1/π times the cosine: u = sin².
+        let u = 0.5 * (1.0 + p.x);
+        for i in 0..azimuth {
+            let (sin, cos) = (std::f64::consts::TAU * (f64::from(i) + 0.5) / f64::from(azimuth)).sin_cos();
+            let stretched = [u.sqrt() * cos * ellipse.alpha[0], u.sqrt() * sin * ellipse.alpha[1], (1.0 - u).sqrt()];
+            let length = stretched.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let h = stretched.map(|x| x / length);
+            // D(h) cos θ dh = du dφ/(2π), so an integral of f is one of f/(D cos θ).
+            sum += 0.5 * p.weight / f64::from(azimuth) * f(h) / (ellipse.d(h) * h[2]);
+        }
+    }
+    sum
+}
+
+#[test]
+fn anisotropic_distribution_is_normalised_and_shadowed_by_its_own_area() {
+    for text in ELLIPTIC {
+        let ndf = ndf::parse(text).unwrap();
+        for roughness in [0.04, 0.3, 0.8, 1.0] {
+            let ellipse = ndf.ellipse(&ndf.lobe(roughness).unwrap()).unwrap();
+            // By brute force over the polar angle and the azimuth in the ellipse's own axes: tan θ = e^t.
+            let (polar, azimuth) = (gauss_legendre(400), 512);
+            let mut sum = 0.0;
+            for p in &polar {
+                let tan = (25.0 * p.x).exp();
+                let cos2 = 1.0 / (1.0 + tan * tan);
+                let (sin, cos) = (tan * cos2.sqrt(), cos2.sqrt());
+                for i in 0..azimuth {
+                    let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(azimuth)).sin_cos();
+                    let d = ellipse.d([sin * c, sin * s, cos]);
+                    sum += 25.0 * p.weight * std::f64::consts::TAU / f64::from(azimuth) * sin * sin * cos * cos * d;
+                }
+            }
+            close(sum, 1.0, 1e-6);
+            // Smith's identity: the area that is seen from v.
+            for n_dot_v in [0.2f64, 0.7] {
+                let v = ellipse.turned([(1.0 - n_dot_v * n_dot_v).sqrt(), 0.0, n_dot_v]);
+                let seen = |h: [f64; 3]| ellipse.d(h) * (v[0] * h[0] + v[1] * h[1] + v[2] * h[2]).max(0.0);
+                close(over_facets(&ellipse, seen), ellipse.sigma(v), 1e-3);
+            }
+        }
+    }
+}
+
+#[test]
+fn nearly_round_ellipse_is_round() {
+    let (round, nearly) = (Model::parse("ggx", "smith").unwrap(), Model::parse("ggx:ratio=0.999999", "smith").unwrap());
+    for n_dot_v in [0.0, 0.01, 0.3, 1.0] {
+        for roughness in [0.0, 0.05, 0.4, 1.0] {
+            let at = At { n_dot_v, roughness };
+            let (a, b) = (round.rule(at), nearly.rule(at));
+            for c in 0..3 {
+                assert!((a[c] - b[c]).abs() <= 2e-6, "{at:?}: {a:?} and {b:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_no_rule_computes_is_refused() {
+    let refused = |ndf: &str, visibility: &str, fresnel: Fresnel, table: &str| {
+        let request = TableRequest {
+            ndf: ndf.into(),
+            visibility: visibility.into(),
+            fresnel: Some(fresnel),
+            ..TableRequest::new(table)
+        };
+        request.resolve().err().map(|e| e.to_string()).expect("refused")
+    };
+    assert!(refused("ggx:ratio=0.5", "cook-torrance", Fresnel::ONE, "albedo").contains("not smooth"));
+    let internal = Fresnel::dielectric(0.7).unwrap();
+    assert!(refused("ggx:ratio=0.5", "smith", internal, "albedo").contains("internal reflection"));
+    assert!(refused("ggx:ratio=0.5", "smith", Fresnel::ONE, "average-albedo").contains("azimuth"));
+    assert!(refused("ggx", "smith", internal, "split-sum").contains("Schlick's split"));
+}
+
+#[test]
+fn what_is_reflected_is_less_than_what_is_kept() {
+    for text in FRESNELS {
+        for (ndf, visibility) in [("ggx", "smith"), ("beckmann", "cook-torrance")] {
+            let model = Model::parse(ndf, visibility).unwrap().with(Fresnel::parse(text).unwrap());
+            for n_dot_v in [0.01, 0.3, 1.0] {
+                for roughness in [0.0, 0.1, 0.6, 1.0] {
+                    let [e, rest @ ..] = model.rule(At { n_dot_v, roughness });
+                    assert!(e <= 1.0 + 2e-6 && rest.iter().all(|r| (0.0..=e).contains(r)), "{text}: {e} {rest:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn beckmann_and_blinn_phong_of_like_width_are_alike() {
+    // The classic pair, Beckmann with m = 0.748 and Blinn–Phong with n = 10.67, both with Schlick's geometry term: they
+    // part visibly only where the lobe is wide, off the normal.
+    let roughness = roughness_of(0.748);
+    let beckmann = Model::parse("beckmann", "schlick-beckmann").unwrap();
+    let (b, p) = (ndf::parse("beckmann").unwrap(), ndf::parse("phong:exponent=10.67").unwrap());
+    let (b_lobe, p_lobe) = (b.lobe(roughness).unwrap(), p.lobe(1.0).unwrap());
+    let ratio = |cos: f64| b.d(cos * cos, 1.0 - cos * cos, &b_lobe) / p.d(cos * cos, 1.0 - cos * cos, &p_lobe);
+    assert!(ratio(1.0) < 1.0 && ratio(0.5) > 1.3, "{} {}", ratio(1.0), ratio(0.5));
+    assert!(beckmann.rule(At { n_dot_v: 0.5, roughness })[0] < 1.0);
 }

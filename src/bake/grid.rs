@@ -5,8 +5,8 @@ use std::time::Instant;
 use bytemuck::Pod;
 use rayon::prelude::*;
 
-use super::slices::next_slice;
 use super::model::Method;
+use super::slices::next_slice;
 use super::{At, Backend, Model};
 use crate::error::Result;
 use crate::gpu::{Buffer, Gpu, MAX_GROUPS};

@@ -346,7 +346,8 @@ impl TableJob {
             );
         }
         meta.set("alpha", "roughness^2");
-        meta.set("usage", facts.usage);
+        let exact = "share of white light that the material reflects by single scattering";
+        meta.set("usage", if self.model.fresnel.is_exact() { exact } else { facts.usage });
         meta.set("source", facts.source);
         meta.set("rule", (facts.rule)(&self.model));
         if let Some(note) = self.model.note() {

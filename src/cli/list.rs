@@ -3,6 +3,7 @@
 use brdf_baker::bake::TABLES;
 use brdf_baker::format::{ENCODINGS, formats};
 use brdf_baker::ndf::NDFS;
+use brdf_baker::term::fresnel::TERMS;
 use brdf_baker::term::visibility::VISIBILITIES;
 use brdf_baker::texture::Shape;
 use brdf_baker::{Result, gpu};
@@ -15,6 +16,7 @@ pub enum What {
     Tables,
     Ndfs,
     Visibilities,
+    Fresnels,
     Kernels,
     Encodings,
 }
@@ -61,6 +63,11 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
             };
             ("visibilities", VISIBILITIES.iter().map(entry).collect())
         }
+        What::Fresnels => {
+            let entry =
+                |f: &&brdf_baker::term::fresnel::Term| Entry { name: f.name, about: own(f.about), source: f.source };
+            ("fresnels", TERMS.iter().map(entry).collect())
+        }
         What::Kernels => (
             "kernels",
             super::env::kernels().map(|(name, about, source)| Entry { name, about: own(about), source }).collect(),
@@ -82,7 +89,7 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
 }
 
 pub fn run(what: Option<What>, console: &mut Console) -> Result<()> {
-    let all = [What::Tables, What::Ndfs, What::Visibilities, What::Kernels, What::Encodings];
+    let all = [What::Tables, What::Ndfs, What::Visibilities, What::Fresnels, What::Kernels, What::Encodings];
     for what in all.into_iter().filter(|w| what.is_none_or(|chosen| chosen == *w)) {
         let (registry, entries) = entries(what);
         let mut text = registry.to_string();

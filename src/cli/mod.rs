@@ -55,7 +55,7 @@ enum Command {
     /// Bake a lookup table
     #[command(after_help = "Examples:
   brdf-baker bake split-sum -o dfg.ktx2
-  brdf-baker bake albedo -o albedo.exr --size 64 --points edges --encoding r32f")]
+  brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45")]
     Bake(bake::BakeArgs),
     /// Prefilter an environment into a specular cube with mips
     #[command(after_help = "Examples:
@@ -80,7 +80,7 @@ enum Command {
   brdf-baker devices
   brdf-baker devices --json")]
     Devices,
-    /// List what can be chosen: tables, distributions, visibility terms, kernels, encodings
+    /// List what can be chosen: tables, distributions, visibility and Fresnel terms, kernels, encodings
     #[command(after_help = "Examples:
   brdf-baker list
   brdf-baker list encodings --json")]

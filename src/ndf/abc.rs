@@ -9,7 +9,7 @@ pub static ABC: Family = Family {
     name: "abc",
     also: &[],
     about: "ABC: 1/(1 + a1 (1 - n.h))^a2, as measured on optical surfaces",
-    source: "Church, Takacs, Leonard 1990; Low, Kronander, Ynnerman, Unger 2012, Eq. 17 (norm: this program's)",
+    source: "Church, Takacs, Leonard 1990; Low, Kronander, Ynnerman, Unger 2012 (norm: this program's)",
     parameters: &[
         Parameter {
             name: "a1",

@@ -94,14 +94,14 @@ impl Ellipse {
     }
 
     /// D(h) per steradian of a unit vector in the ellipse's axes: 1/(π ax ay (h_x²/ax² + h_y²/ay² + h_z²)²). Burley 2012,
-    /// appendix B, Eq. 13.
+    /// appendix B.
     pub fn d(&self, [x, y, z]: [f64; 3]) -> f64 {
         let [ax, ay] = self.alpha;
         let w = (x / ax) * (x / ax) + (y / ay) * (y / ay) + z * z;
         1.0 / (std::f64::consts::PI * ax * ay * w * w)
     }
 
-    /// Smith's projected area of a unit vector in the ellipse's axes. Heitz 2014, Eq. 72 and 80.
+    /// Smith's projected area of a unit vector in the ellipse's axes. Heitz 2014, section 5.4.
     pub fn sigma(&self, [x, y, z]: [f64; 3]) -> f64 {
         let [ax, ay] = self.alpha;
         0.5 * (z + (ax * ax * x * x + ay * ay * y * y + z * z).sqrt())

@@ -2,6 +2,7 @@
 
 #include "lib/optics.glsl"
 #define FRESNEL_KINKS 0
+#define FRESNEL_AZIMUTH_NODES NODES_14_FAR
 
 // Unpolarised reflectance of a medium with the complex index eta + i k. Domain: c in [0, 1].
 float conductor(float c, float eta, float k) {

@@ -2,6 +2,7 @@
 
 #include "lib/optics.glsl"
 #define FRESNEL_KINKS 0
+#define FRESNEL_AZIMUTH_NODES NODES_14_FAR
 
 // Unpolarised reflectance. Walter et al. 2007, Eq. 22. Domain: c in [0, 1], eta > 1.
 float dielectric(float c, float eta) {

@@ -4,7 +4,7 @@
 #define KINKS 1
 #define AZIMUTH_NODES NODES_12
 
-// L(x) = a / (1 + b x^c) + d x + e; Estevez, Kulla 2017, table 1.
+// L(x) = a / (1 + b x^c) + d x + e; Estevez, Kulla 2017.
 float exponent(float x, float alpha) {
     float smooth_share = (1.0 - alpha) * (1.0 - alpha);
     float a = mix(21.5473, 25.3245, smooth_share);

@@ -10,7 +10,7 @@ pub static CONDUCTOR: Term = Term {
     file: "conductor",
     weights,
     kink: None,
-    azimuth: None,
+    azimuth: Some(14),
 };
 
 /// 1 and the reflectance of red, green and blue. GLSL twin `shaders/term/fresnel/conductor.glsl`.

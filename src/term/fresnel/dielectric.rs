@@ -10,7 +10,7 @@ pub static DIELECTRIC: Term = Term {
     file: "dielectric",
     weights,
     kink: None,
-    azimuth: None,
+    azimuth: Some(14),
 };
 
 /// 1 and the reflectance. GLSL twin `shaders/term/fresnel/dielectric.glsl`.

@@ -121,6 +121,11 @@ impl Fresnel {
         }
     }
 
+    /// It is that of a given material, not a split that a shader completes.
+    pub fn is_exact(&self) -> bool {
+        self.optics.eta[0] != 0.0
+    }
+
     /// The weights at cosine v·h.
     pub fn weights(&self, v_dot_h: f64) -> Weights {
         (self.term.weights)(v_dot_h, &self.optics)

@@ -9,7 +9,7 @@ use crate::rule::cone::cone;
 pub static CHARLIE: Visibility = Visibility {
     name: "charlie",
     about: "Smith's term of Charlie, fitted: for the distribution of that name",
-    source: "Estevez, Kulla 2017, Production Friendly Microfacet Sheen BRDF, section 3 and table 1",
+    source: "Estevez, Kulla 2017, Production Friendly Microfacet Sheen BRDF",
     file: "charlie",
     cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
@@ -40,7 +40,7 @@ pub fn g_over_n_dot_v(d: &Directions) -> f64 {
 }
 
 /// Λ fitted: exp(L(x)) below x = n·x = 1/2 and exp(2 L(1/2) − L(1 − x)) above, L(x) = a/(1 + b x^c) + d x + e.
-/// Estevez, Kulla 2017, section 3; table 1 holds a to e at both ends of the range, weighted by (1 − alpha)².
+/// Estevez, Kulla 2017, whose table holds a to e at both ends of the range, weighted by (1 − alpha)².
 pub fn lambda(n_dot_x: f64, alpha: f64) -> f64 {
     if n_dot_x < 0.5 {
         exponent(n_dot_x, alpha).exp()

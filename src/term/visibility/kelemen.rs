@@ -7,7 +7,7 @@ use crate::rule::cone::cone;
 pub static KELEMEN: Visibility = Visibility {
     name: "kelemen",
     about: "Kelemen and Szirmay-Kalos: V = 1/(4 (l.h)^2), a cheap stand-in for V-cavities",
-    source: "Kelemen, Szirmay-Kalos 2001, Eq. 3",
+    source: "Kelemen, Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model",
     file: "kelemen",
     cone: |n_dot_v, alpha, fresnel| cone(n_dot_v, alpha, g_over_n_dot_v, fresnel),
     g_over_n_dot_v,
