@@ -4,7 +4,8 @@
 // early: the search for the next node is a small loop of its own. Such drivers may also stop counting after 65,535
 // iterations of all loops together, so both count against one limit.
 //
-// CUT is 1 where leaves may have to be cut into parts of their texels, else 0.
+// CUT is 1 where leaves of an equirectangular picture may have to be cut into parts of their texels, 2 where those of a
+// cube may, else 0.
 
 #include <zonal>
 #include "term/cube.glsl"
@@ -28,7 +29,7 @@ layout(push_constant) uniform Job {
     uint offset;        // of this mip in the result, in texels
     uint node_count;
     uint limit;         // iterations
-    uint rows;          // of the source
+    uint rows;          // of the source, or of one of its faces
     float d_theta;      // sides of a source texel
     float d_phi;
     float alpha;
@@ -41,6 +42,7 @@ layout(push_constant) uniform Job {
     float base_red;
     float base_green;
     float base_blue;
+    float frame[9];     // rows of the matrix from the output's directions to the source's
 } job;
 
 const uint TEXELS = 16u;
@@ -69,7 +71,10 @@ uvec2 texel_of(uvec3 block, uint i) {
 
 vec3 axis(uvec3 block, uint i) {
     vec2 st = (2.0 * vec2(texel_of(block, i)) + 1.0) / float(job.size) - 1.0;
-    return normalize(direction(block.z, st.x, st.y));
+    vec3 d = normalize(direction(block.z, st.x, st.y));
+    return vec3(dot(vec3(job.frame[0], job.frame[1], job.frame[2]), d),
+                dot(vec3(job.frame[3], job.frame[4], job.frame[5]), d),
+                dot(vec3(job.frame[6], job.frame[7], job.frame[8]), d));
 }
 
 // Sine and cosine of (a + d) from (cos a, sin a), for small d: (cos, sin).
@@ -102,7 +107,12 @@ void main() {
     float blue_red = job.blue_red, blue_green = job.blue_green;
 #if CUT
     uint all_rows = job.rows;
+#if CUT == 1
     float d_theta = job.d_theta, d_phi = job.d_phi;
+#endif
+#if CUT == 2
+    uint face = 0u;
+#endif
     // A leaf that is being cut: where it starts, sides of its texels, parts of a texel, of all, and the part at hand.
     bool cutting = false;
     uvec2 corner = uvec2(0u), unit = uvec2(1u), parts = uvec2(1u), count = uvec2(0u), part = uvec2(0u);
@@ -156,11 +166,20 @@ void main() {
             uint whole = units.x * units.y;
             if (key > threshold && (extent > threshold || (whole > FINE * FINE && whole <= MAX_CUT * FINE * FINE))) {
                 cutting = true;
-                corner = uvec2(w3.w & 0xffffu, w2.w & 0xffffu);
                 // A texel of the leaf, or the leaf where it is a part of one, and how it is cut.
                 unit = min(units, uvec2(FINE));
+#if CUT == 2
+                // The face's number shares words with the first row and column: src/env/tree/faces.rs.
+                corner = uvec2(w3.w & 0x3fffu, w2.w & 0x3fffu);
+                face = (w2.w & 0xffffu) >> 14 | ((w3.w & 0xffffu) >> 14) << 2;
+                vec2 st = (vec2(corner) + 0.5 * vec2(units)) * (2.0 / float(FINE * all_rows)) - 1.0;
+                vec2 st2 = st * st;
+                vec2 sides = vec2(unit) * (2.0 / float(FINE * all_rows)) * sqrt(1.0 + st2.yx) / (1.0 + st2.x + st2.y);
+#else
+                corner = uvec2(w3.w & 0xffffu, w2.w & 0xffffu);
                 float sin_theta = lines[corner.y / FINE + units.y / FINE / 2u].y;
                 vec2 sides = vec2(unit) * vec2(d_phi * sin_theta, d_theta) / float(FINE);
+#endif
                 parts = uvec2(max(ceil(sides / (sqrt(2.0) * threshold)), 1.0));
                 count = units / unit * parts;
                 part = uvec2(0u);
@@ -174,6 +193,27 @@ void main() {
             vec2 cell = floor(inside);
             uvec2 from = corner + uvec2(cell) * unit;
             uvec2 texel = from / FINE;
+#if CUT == 2
+            // A rectangle in (s, t) instead, to the second order of its sides.
+            float scale = 2.0 / float(FINE * all_rows);
+            vec2 st = (vec2(corner) + inside * vec2(unit)) * scale - 1.0;
+            vec2 half_side = 0.5 * scale * vec2(unit) / vec2(parts);
+            vec2 sixth = half_side * half_side / 6.0;
+            vec3 middle_st = direction(face, 0.0, 0.0);
+            vec3 s_axis = direction(face, 1.0, 0.0) - middle_st, t_axis = direction(face, 0.0, 1.0) - middle_st;
+            vec3 p = direction(face, st.x, st.y);
+            float inverse2 = 1.0 / (1.0 + dot(st, st));
+            float inverse = sqrt(inverse2);
+            float near_spread = (sixth.x + sixth.y) * inverse2;
+            float slant = dot(sixth, st * st) * inverse2 * inverse2;
+            float solid_angle = 4.0 * half_side.x * half_side.y * inverse2 * inverse * (1.0 - 3.0 * near_spread + 15.0 * slant);
+            c = inverse * (1.0 - near_spread + 9.0 * slant) * p
+                - 8.0 * inverse * inverse2 * (sixth.x * st.x * s_axis + sixth.y * st.y * t_axis);
+            uint first = 3u * ((face * all_rows + texel.y) * all_rows + texel.x);
+            // How the direction moves with s and t.
+            vec3 along = inverse * (s_axis - p * (st.x * inverse2)), down = inverse * (t_axis - p * (st.y * inverse2));
+            float q_along = 2.0 * sixth.x, q_down = 2.0 * sixth.y;
+#else
             vec2 off = (vec2(from - texel * FINE) + (inside - cell) * vec2(unit)) / float(FINE) - 0.5;
             vec2 half_side = (0.5 / float(FINE)) * vec2(d_phi, d_theta) * vec2(unit) / vec2(parts);
             vec2 theta = turned(lines[texel.y], off.y * d_theta);
@@ -183,10 +223,11 @@ void main() {
             c = vec3(across * phi.x, theta.x * (1.0 - 0.5 * a2), across * phi.y);
             uint first = 3u * (texel.y * 2u * all_rows + texel.x);
             float solid_angle = 4.0 * half_side.x * half_side.y * theta.y * (1.0 - a2 / 6.0);
-            e = solid_angle * vec3(texels[first], texels[first + 1u], texels[first + 2u]);
             vec3 down = vec3(theta.x * phi.x, -theta.y, theta.x * phi.y);
             vec3 along = vec3(-phi.y, 0.0, phi.x);
             float q_down = a2 / 3.0, q_along = b2 / 3.0 * theta.y * theta.y;
+#endif
+            e = solid_angle * vec3(texels[first], texels[first + 1u], texels[first + 2u]);
             q_same = q_down * down * down + q_along * along * along;
             q_mixed = q_down * down.xxy * down.yzz + q_along * along.xxy * along.yzz;
             d_red = vec3(0.0);

@@ -41,8 +41,8 @@ use rayon::prelude::*;
 use super::Backend;
 use super::slices::next_slice;
 use crate::env::orientation::{centre, normalized};
-use crate::env::tree::{FINE, Moments, Params, Tree};
-use crate::env::{Equirect, area};
+use crate::env::tree::{FINE, Moments, Node, Params, Tree, face_and_corner};
+use crate::env::{CubeMap, Environment, Equirect, Frame, Picture, area};
 use crate::error::{Error, Result, nearest};
 use crate::gpu::{Gpu, MAX_GROUPS};
 use crate::ndf::alpha_of;
@@ -60,6 +60,8 @@ const BLOCK: u32 = 4;
 const WORKGROUP: u32 = 32;
 /// Sources with fewer columns are repeated texel by texel: a leaf must not be cut into too many parts.
 const LEAST_WIDTH: u32 = 512;
+/// The same for the faces of a cube.
+const LEAST_FACE: u32 = 128;
 /// Leaves are this part of the least extent that the narrowest lobe asks for.
 const LEAF: f64 = 0.8;
 /// Leaves are not smaller than this, so that the tree of a large source stays within some ten megabytes.
@@ -182,7 +184,9 @@ pub struct SpecularJob {
 /// A source made ready: its tree, and the texels that leaves are cut into.
 pub struct Prepared<'a> {
     /// The source, repeated where it was too coarse.
-    pub source: Cow<'a, Equirect>,
+    pub picture: Picture<'a>,
+    /// From directions of the output to the picture's.
+    pub frame: Frame,
     /// Its tree.
     pub tree: Tree,
 }
@@ -251,11 +255,16 @@ impl SpecularJob {
     }
 
     /// Builds the tree for this job's narrowest lobe. `base` is `None` for the lowest value of each channel.
-    pub fn prepare<'a>(&self, source: &'a Equirect, base: Option<[f32; 3]>) -> Prepared<'a> {
-        let source = if source.width < LEAST_WIDTH {
-            Cow::Owned(source.repeated(LEAST_WIDTH.div_ceil(source.width)))
-        } else {
-            Cow::Borrowed(source)
+    pub fn prepare<'a>(&self, environment: impl Into<Environment<'a>>, base: Option<[f32; 3]>) -> Prepared<'a> {
+        let Environment { picture, frame } = environment.into();
+        let picture = match picture {
+            Picture::Equirect(p) if p.width < LEAST_WIDTH => {
+                Picture::Equirect(Cow::Owned(p.repeated(LEAST_WIDTH.div_ceil(p.width))))
+            }
+            Picture::Cube(p) if p.size < LEAST_FACE => {
+                Picture::Cube(Cow::Owned(p.repeated(LEAST_FACE.div_ceil(p.size))))
+            }
+            large => large,
         };
         let p = self.precision;
         let narrowest = if self.mips > 1 { self.alpha(1) } else { 1.0 };
@@ -266,17 +275,22 @@ impl SpecularJob {
             least_extent_rad: LEAF * least,
             brightness_limit: p.brightness_limit,
         };
-        let tree = Tree::new(&source, &params, base);
-        Prepared { source, tree }
+        let tree = Tree::new(&picture, &params, base);
+        Prepared { picture, frame, tree }
     }
 
     /// Bakes the cube; its meta says everything but the measured error.
-    pub fn run(&self, source: &Equirect, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
-        tick(on, "reading the environment", 0.0)?;
-        let mut levels = vec![area::cube(source, self.size)];
+    pub fn run<'a>(
+        &self,
+        environment: impl Into<Environment<'a>>,
+        backend: &Backend,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Texture> {
+        let environment = environment.into();
+        let mut levels = vec![area::cube(&environment, self.size, on)?];
         if self.mips > 1 {
             tick(on, "building the tree", 0.0)?;
-            let prepared = self.prepare(source, None);
+            let prepared = self.prepare(&environment, None);
             levels.extend(self.filter(&prepared, backend, on)?);
         }
         let channels = ["r", "g", "b"].map(String::from).to_vec();
@@ -337,7 +351,8 @@ impl SpecularJob {
                     .into_par_iter()
                     .map(|index| {
                         let texels = self.block(m, index);
-                        let axes: Vec<_> = texels.iter().map(|[face, x, y]| self.axis(m, *face, *x, *y)).collect();
+                        let axis = |[face, x, y]: &[u32; 3]| prepared.frame.to_picture(self.axis(m, *face, *x, *y));
+                        let axes: Vec<_> = texels.iter().map(axis).collect();
                         lobe.walk(prepared, &axes).map(|walked| (texels, walked))
                     })
                     .collect();
@@ -380,15 +395,20 @@ impl SpecularJob {
         slice: Option<u32>,
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<Vec<f32>>> {
-        let Prepared { source, tree } = prepared;
+        let Prepared { picture, tree, .. } = prepared;
         // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all.
         let cuts = tree.needs_texels(self.lobe(1).threshold(0.0));
-        let name = format!("bake/specular{}+{}", if cuts { "_cut" } else { "" }, self.kernel.name);
+        let variant = match picture {
+            _ if !cuts => "",
+            Picture::Equirect(_) => "_cut",
+            Picture::Cube(_) => "_cut_faces",
+        };
+        let name = format!("bake/specular{variant}+{}", self.kernel.name);
         let kernel = gpu.kernel(&name, shaders::spirv(&name), 5, size_of::<Push>() as u32)?;
         let nodes = gpu.upload("nodes", &tree.nodes)?;
-        let texels = if cuts { residual(source, tree.base) } else { vec![0.0] };
+        let texels = if cuts { residual(picture, tree.base) } else { vec![0.0] };
         let texels = gpu.upload("texels", &texels)?;
-        let lines = gpu.upload("lines", &lines(source))?;
+        let lines = gpu.upload("lines", &lines(picture))?;
         let mut status = gpu.upload("status", &[0u32])?;
         let count: u32 = (1..self.mips).map(|m| 6 * self.level_size(m) * self.level_size(m)).sum();
         let result = gpu.buffer("result", u64::from(count) * 12)?;
@@ -428,7 +448,11 @@ impl SpecularJob {
     }
 
     fn push(&self, m: u32, offset: u32, prepared: &Prepared<'_>) -> Push {
-        let Prepared { source, tree } = prepared;
+        let Prepared { picture, frame, tree } = prepared;
+        let (rows, columns) = match picture {
+            Picture::Equirect(p) => (p.height, p.width),
+            Picture::Cube(p) => (p.size, p.size),
+        };
         let lobe = self.lobe(m);
         let [blue_red, blue_green] = tree.blue_from();
         Push {
@@ -439,9 +463,9 @@ impl SpecularJob {
             offset,
             node_count: tree.nodes.len() as u32,
             limit: self.precision.limit,
-            rows: source.height,
-            d_theta: (std::f64::consts::PI / f64::from(source.height)) as f32,
-            d_phi: (std::f64::consts::TAU / f64::from(source.width)) as f32,
+            rows,
+            d_theta: (std::f64::consts::PI / f64::from(rows)) as f32,
+            d_phi: (std::f64::consts::TAU / f64::from(columns)) as f32,
             alpha: lobe.alpha as f32,
             near: (self.precision.near * lobe.alpha) as f32,
             eps: self.precision.eps as f32,
@@ -450,6 +474,7 @@ impl SpecularJob {
             blue_red: blue_red as f32,
             blue_green: blue_green as f32,
             base: tree.base,
+            frame: frame.matrix().map(|v| v as f32),
         }
     }
 
@@ -477,12 +502,13 @@ impl SpecularJob {
 }
 
 /// The source without its base, RGB interleaved.
-fn residual(source: &Equirect, base: [f32; 3]) -> Vec<f32> {
-    source.texels.iter().flat_map(|t| [t[0] - base[0], t[1] - base[1], t[2] - base[2]]).collect()
+fn residual(picture: &Picture<'_>, base: [f32; 3]) -> Vec<f32> {
+    picture.texels().iter().flat_map(|t| [t[0] - base[0], t[1] - base[1], t[2] - base[2]]).collect()
 }
 
-/// Cosine and sine of θ at the middle of every row, then of φ at the middle of every column.
-fn lines(source: &Equirect) -> Vec<[f32; 2]> {
+/// Cosine and sine of θ at the middle of every row, then of φ at the middle of every column. Cubes need none.
+fn lines(picture: &Picture<'_>) -> Vec<[f32; 2]> {
+    let Picture::Equirect(source) = picture else { return vec![[0.0; 2]] };
     let theta = (0..source.height).map(|i| std::f64::consts::PI * (f64::from(i) + 0.5) / f64::from(source.height));
     let phi = (0..source.width).map(|j| std::f64::consts::TAU * ((f64::from(j) + 0.5) / f64::from(source.width) - 0.5));
     theta.chain(phi).map(|a| [a.cos() as f32, a.sin() as f32]).collect()
@@ -510,6 +536,7 @@ struct Push {
     blue_red: f32,
     blue_green: f32,
     base: [f32; 3],
+    frame: [f32; 9],
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -541,10 +568,10 @@ impl Lobe {
         self.precision.eps * (room * (room + 10.5 * self.alpha) / (1.75 * room + 10.0 * self.alpha)).min(self.cap)
     }
 
-    /// Walks the tree for the axes of a block: the rule in f64, over the nodes that the shader reads. `None` when it
+    /// Walks the tree for the axes of a block, in the picture's frame: the rule in f64, over the nodes that the shader reads. `None` when it
     /// takes more steps than allowed.
     pub fn walk(&self, prepared: &Prepared<'_>, axes: &[[f64; 3]]) -> Option<Walked> {
-        let Prepared { source, tree } = prepared;
+        let Prepared { picture, tree, .. } = prepared;
         let p = &self.precision;
         let middle = axes.iter().fold([0.0; 3], |a, n| [a[0] + n[0], a[1] + n[1], a[2] + n[2]]);
         let middle = normalized(middle);
@@ -573,7 +600,10 @@ impl Lobe {
                 continue;
             }
             if node.is_cut(threshold) {
-                self.cut(source, tree, i, threshold, axes, &mut walked);
+                match picture {
+                    Picture::Equirect(p) => self.cut(p, tree, i, threshold, axes, &mut walked),
+                    Picture::Cube(p) => self.cut_faces(p, tree, node, threshold, axes, &mut walked),
+                }
             } else {
                 self.add(&tree.moments(i), axes, &mut walked);
             }
@@ -623,6 +653,61 @@ impl Lobe {
             }
         }
         // The shader adds the first part in the step that finds the leaf.
+        walked.steps -= 1;
+    }
+
+    /// The same on a cube: rectangles in (s, t), whose moments are taken to the second order of their sides.
+    fn cut_faces(
+        &self,
+        source: &CubeMap,
+        tree: &Tree,
+        node: &Node,
+        threshold: f64,
+        axes: &[[f64; 3]],
+        walked: &mut Walked,
+    ) {
+        let unit = 2.0 / f64::from(FINE * source.size);
+        let (face, [c0, r0]) = face_and_corner(node);
+        let (rows, columns) = (u32::from(node.rows[1]), u32::from(node.columns[1]));
+        let centre = direction(face, 0.0, 0.0);
+        let s_axis = minus(direction(face, 1.0, 0.0), centre);
+        let t_axis = minus(direction(face, 0.0, 1.0), centre);
+        // A texel of the leaf, or the leaf where it is a part of one, and how it is cut.
+        let (high, wide) = (rows.min(FINE), columns.min(FINE));
+        let middle = |first: u32, count: u32| unit * (f64::from(first) + 0.5 * f64::from(count)) - 1.0;
+        let (s2, t2) = (middle(c0, columns).powi(2), middle(r0, rows).powi(2));
+        let parts = |units: u32, across2: f64| {
+            let length_rad = f64::from(units) * unit * (1.0 + across2).sqrt() / (1.0 + s2 + t2);
+            (length_rad / (2f64.sqrt() * threshold)).ceil().max(1.0) as u32
+        };
+        let (down, across) = (parts(high, s2), parts(wide, t2));
+        let a = 0.5 * f64::from(high) * unit / f64::from(down);
+        let b = 0.5 * f64::from(wide) * unit / f64::from(across);
+        for y in 0..rows / high * down {
+            let row = (r0 + y / down * high) / FINE;
+            let t = f64::from(r0) * unit + f64::from(2 * y + 1) * a - 1.0;
+            for x in 0..columns / wide * across {
+                let texel = source.texel(face, (c0 + x / across * wide) / FINE, row);
+                let s = f64::from(c0) * unit + f64::from(2 * x + 1) * b - 1.0;
+                let p = direction(face, s, t);
+                let (inverse2, sixth_a, sixth_b) = (1.0 / (1.0 + s * s + t * t), a * a / 6.0, b * b / 6.0);
+                let inverse = inverse2.sqrt();
+                let spread = (sixth_a + sixth_b) * inverse2;
+                let slant = (sixth_a * t * t + sixth_b * s * s) * inverse2 * inverse2;
+                let solid_angle = 4.0 * a * b * inverse2 * inverse * (1.0 - 3.0 * spread + 15.0 * slant);
+                let (outwards, along) = (inverse * (1.0 - spread + 9.0 * slant), -8.0 * inverse * inverse2);
+                let c =
+                    [0, 1, 2].map(|i| outwards * p[i] + along * (sixth_b * s * s_axis[i] + sixth_a * t * t_axis[i]));
+                // How the direction moves with s and t.
+                let u = [0, 1, 2].map(|i| inverse * (s_axis[i] - p[i] * s * inverse2));
+                let v = [0, 1, 2].map(|i| inverse * (t_axis[i] - p[i] * t * inverse2));
+                let q = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+                    .map(|(i, j)| 2.0 * (sixth_b * u[i] * u[j] + sixth_a * v[i] * v[j]));
+                let e = [0, 1, 2].map(|k| solid_angle * f64::from(texel[k] - tree.base[k]));
+                self.add(&Moments { c, e, d: [[0.0; 3]; 3], q }, axes, walked);
+                walked.steps += 1;
+            }
+        }
         walked.steps -= 1;
     }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use brdf_baker::bake::Backend;
 use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
-use brdf_baker::env::import;
+use brdf_baker::env::import::{self, Options};
 use brdf_baker::format::{self, Encoding, Output};
 use brdf_baker::progress::Progress;
 use brdf_baker::term::zonal::ZONALS;
@@ -18,10 +18,11 @@ use serde_json::json;
 
 use super::Global;
 use super::console::Console;
+use super::source::{self, SourceArgs};
 
 #[derive(clap::Args)]
 pub struct EnvArgs {
-    /// Equirectangular environment, .hdr or .exr, twice as wide as high
+    /// Environment: a file, a folder of six faces, a path with {face} in it, or six paths joined by commas
     input: PathBuf,
     /// File to write: .ktx2 or .exr
     #[arg(short, long, value_name = "FILE")]
@@ -41,6 +42,8 @@ pub struct EnvArgs {
     /// How texels are stored
     #[arg(long, default_value = "rgba16f", value_name = "NAME")]
     encoding: String,
+    #[command(flatten)]
+    source: SourceArgs,
 }
 
 impl EnvArgs {
@@ -57,21 +60,16 @@ impl EnvArgs {
         let job = request.resolve()?;
         let format = format::for_path(&self.output)?;
         let encoding = format::choose(format, Shape::Cube, 3, Some(Encoding::parse(&self.encoding)?))?;
+        let options = self.source.options()?;
         let output = Output::prepare(&self.output)?;
-        let source = import::equirect(&self.input)?;
-        if let Some(clamped) = source.clamped {
-            console.warn(&format!(
-                "'{}' holds {} negative texels, down to {}; they count as 0",
-                self.input.display(),
-                clamped.count,
-                clamped.lowest
-            ));
-        }
+        let imported = import::read(&self.input, &options, &mut |p| console.progress(p))?;
+        source::warn(&self.input, &options, &imported, console);
+        let environment = &imported.environment;
         let backend = Backend::open(&global.device, global.validate)?;
 
-        let mut texture = job.run(&source, &backend, &mut |p| console.progress(p))?;
+        let mut texture = job.run(environment, &backend, &mut |p| console.progress(p))?;
         let spot = environment::Extent::SPOT;
-        let errors = environment::check(&job, &source, &texture, spot, &mut |p| console.progress(p))?;
+        let errors = environment::check(&job, environment, &texture, spot, &mut |p| console.progress(p))?;
         let (rms, worst, texels) = summary(&errors);
         // Written so that NaN is refused.
         if !(worst <= environment::WORST && errors.len() + 1 == texture.levels.len()) {
@@ -85,6 +83,7 @@ impl EnvArgs {
         backend.check_messages()?;
         let name = self.input.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         texture.meta.set("input", name);
+        options.describe(&imported, &mut texture.meta);
         texture.meta.set("error.relative.rms", format!("{rms:.1e}"));
         texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
         texture.meta.set("error.bound", format!("{:.0e} worst", environment::WORST));
@@ -114,6 +113,11 @@ impl EnvArgs {
             &json!({
                 "path": self.output,
                 "source": self.input,
+                "layout": imported.layout,
+                "negative_texels": imported.adjusted.negative.map_or(0, |n| n.count),
+                "repaired_texels": imported.adjusted.repaired,
+                "dimmed_texels": imported.adjusted.clamped,
+                "removed_energy": imported.adjusted.removed,
                 "kernel": job.kernel.name,
                 "size": texture.width,
                 "mips": texture.levels.len(),
@@ -149,7 +153,11 @@ pub fn verify(
     let job = SpecularJob::from_meta(texture).map_err(|e| Error::input(file, e.to_string(), e.help().to_string()))?;
     let on = &mut |p: Progress<'_>| console.progress(p);
     let report = match source {
-        Some(source) => cube::check_with_source(&job, texture, &import::equirect(source)?, encoding, extent, on)?,
+        Some(source) => {
+            let options = Options::from_meta(&texture.meta)?;
+            let imported = import::read(source, &options, on)?;
+            cube::check_with_source(&job, texture, &imported.environment, encoding, extent, on)?
+        }
         None => {
             let alpha: Vec<f64> = (0..job.mips).map(|m| job.alpha(m)).collect();
             cube::check(texture, &alpha, encoding, extent, on)?

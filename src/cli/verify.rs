@@ -18,7 +18,8 @@ pub struct VerifyArgs {
     /// Check every texel, not a sample
     #[arg(long)]
     full: bool,
-    /// The environment that a cube was baked from: compares with it instead of with the file's own mip 0
+    /// The environment that a cube was baked from, named as for `env`: compares with it, read and turned as the file
+    /// says, instead of with the file's own mip 0
     #[arg(long, value_name = "INPUT")]
     source: Option<PathBuf>,
 }

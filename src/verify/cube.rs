@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::environment::{self, WORST};
 use super::table::Extent;
 use crate::bake::specular::SpecularJob;
-use crate::env::Equirect;
+use crate::env::Environment;
 use crate::env::orientation::{centre, normalized, solid_angle};
 use crate::error::Result;
 use crate::format::Encoding;
@@ -150,10 +150,10 @@ const MEAN_BOUND: f64 = 1e-4;
 const RMS_BOUND: f64 = 1.5e-3;
 
 /// Checks a cube that `job` describes against the environment that it was baked from.
-pub fn check_with_source(
+pub fn check_with_source<'a>(
     job: &SpecularJob,
     texture: &Texture,
-    source: &Equirect,
+    source: impl Into<Environment<'a>>,
     encoding: Encoding,
     extent: Extent,
     on: &mut OnProgress<'_>,
@@ -166,7 +166,8 @@ pub fn check_with_source(
     let (rms_bound, worst_bound) = (RMS_BOUND + step, WORST + step);
     let mut failures = vec![];
     let mean = mean(texture, 0);
-    let expected = source.mean();
+    let source = source.into();
+    let expected = source.picture.mean();
     for c in 0..3 {
         let off = relative(mean[c], expected[c]);
         if off.is_nan() || off > MEAN_BOUND {
@@ -174,7 +175,7 @@ pub fn check_with_source(
             failures.push(format!("the mean of mip 0, channel {name}, is {} instead of {}", mean[c], expected[c]));
         }
     }
-    let found = environment::check(job, source, texture, extent, on)?;
+    let found = environment::check(job, &source, texture, extent, on)?;
     for e in &found {
         let holds = e.rms <= rms_bound && e.max <= worst_bound;
         if !holds {

@@ -1,6 +1,7 @@
 //! The independent truth of a filtered environment: a sum over the texels of the source, in f64.
 //!
-//! Every texel is a constant over its solid angle. It is cut into parts by its distance from the lobe's axis, and the
+//! Every texel is a constant over its solid angle. Here those of an equirectangular source are summed; a cube's are in
+//! [`super::cube_truth`]. A texel is cut into parts by its distance from the lobe's axis, and the
 //! kernel is integrated over each part by 2 × 2 Gauss points in (θ, φ). No tree, no moments, no smoothing at the horizon:
 //! nothing is shared with what is checked but the source and the kernel.
 
@@ -8,8 +9,9 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
+use super::cube_truth::CubeTruth;
 use crate::bake::specular::SpecularJob;
-use crate::env::{Equirect, orientation};
+use crate::env::{Environment, Equirect, Picture, orientation};
 use crate::error::Result;
 use crate::progress::{OnProgress, tick};
 use crate::texture::Texture;
@@ -47,24 +49,26 @@ pub struct MipError {
 }
 
 /// Compares filtered mips with the truth. `cube` holds RGB (or RGBA) texels; mip 0 is not looked at.
-pub fn check(
+pub fn check<'a>(
     job: &SpecularJob,
-    source: &Equirect,
+    source: impl Into<Environment<'a>>,
     cube: &Texture,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<Vec<MipError>> {
-    let truth = Truth::new(source);
-    let brightest = brightest(source);
+    let Environment { picture, frame } = source.into();
+    let brightest = frame.from_picture(brightest(&picture));
+    let truth = AnyTruth::new(&picture);
     // A channel that is black in the source compares with this instead of 0.
-    let floor = 1e-9 * source.mean().iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let floor = 1e-9 * picture.mean().iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let mut found = vec![];
     for mip in 1..job.mips {
         tick(on, "checking against the truth", f64::from(mip - 1) / f64::from(job.mips - 1))?;
         let alpha = job.alpha(mip);
         let texels = chosen(job.level_size(mip), mip, brightest, extent);
         let norm = (job.kernel.norm)(alpha);
-        let axes: Vec<_> = texels.iter().map(|[face, x, y]| job.axis(mip, *face, *x, *y)).collect();
+        let axis = |[face, x, y]: &[u32; 3]| frame.to_picture(job.axis(mip, *face, *x, *y));
+        let axes: Vec<_> = texels.iter().map(axis).collect();
         let exact = truth.integrals(&axes, 2.0 * alpha, |h| (job.kernel.values)(h, alpha));
         let (mut squares, mut max) = (0.0, 0.0f64);
         for ([face, x, y], exact) in texels.iter().zip(&exact) {
@@ -84,13 +88,33 @@ pub fn check(
 }
 
 /// The direction of the brightest texel.
-fn brightest(source: &Equirect) -> [f64; 3] {
+fn brightest(picture: &Picture<'_>) -> [f64; 3] {
+    let texels = picture.texels();
     let sum = |t: &[f32; 3]| t[0] + t[1] + t[2];
-    let by_sum = |a: &usize, b: &usize| sum(&source.texels[*a]).total_cmp(&sum(&source.texels[*b])).then(b.cmp(a));
-    let at = (0..source.texels.len()).max_by(by_sum).expect("a picture has texels");
-    let (x, y) = (at % source.width as usize, at / source.width as usize);
-    let centre = |i: usize, n: u32| (i as f64 + 0.5) / f64::from(n);
-    Equirect::direction(centre(x, source.width), centre(y, source.height))
+    let by_sum = |a: &usize, b: &usize| sum(&texels[*a]).total_cmp(&sum(&texels[*b])).then(b.cmp(a));
+    picture.direction((0..texels.len()).max_by(by_sum).expect("a picture has texels"))
+}
+
+/// The truth of either kind of picture.
+enum AnyTruth<'a> {
+    Equirect(Truth<'a>),
+    Cube(CubeTruth<'a>),
+}
+
+impl<'a> AnyTruth<'a> {
+    fn new(picture: &'a Picture<'_>) -> Self {
+        match picture {
+            Picture::Equirect(picture) => AnyTruth::Equirect(Truth::new(picture)),
+            Picture::Cube(picture) => AnyTruth::Cube(CubeTruth::new(picture)),
+        }
+    }
+
+    fn integrals(&self, directions: &[[f64; 3]], width_rad: f64, kernel: impl Fn(&mut [f64]) + Sync) -> Vec<[f64; 3]> {
+        match self {
+            AnyTruth::Equirect(truth) => truth.integrals(directions, width_rad, kernel),
+            AnyTruth::Cube(truth) => truth.integrals(directions, width_rad, kernel),
+        }
+    }
 }
 
 /// Face, column and row of the texels to compare: all where there are few.

@@ -1,6 +1,7 @@
 //! Checks: the independent truth, the laws, and what they say of a file.
 
 pub mod cube;
+pub mod cube_truth;
 pub mod environment;
 pub mod table;
 pub mod truth;
