@@ -33,6 +33,8 @@ fn of_dxgi(format: DxgiFormat) -> Option<Packing> {
         D::B8G8R8A8_UNorm_sRGB | D::B8G8R8X8_UNorm_sRGB => bytes(true, Color::Srgb),
         D::BC1_UNorm => Packing::Blocks(ImageFormat::BC1RgbaUnorm, Color::Linear),
         D::BC1_UNorm_sRGB => Packing::Blocks(ImageFormat::BC1RgbaUnorm, Color::Srgb),
+        D::BC2_UNorm => Packing::Blocks(ImageFormat::BC2RgbaUnorm, Color::Linear),
+        D::BC2_UNorm_sRGB => Packing::Blocks(ImageFormat::BC2RgbaUnorm, Color::Srgb),
         D::BC3_UNorm => Packing::Blocks(ImageFormat::BC3RgbaUnorm, Color::Linear),
         D::BC3_UNorm_sRGB => Packing::Blocks(ImageFormat::BC3RgbaUnorm, Color::Srgb),
         D::BC6H_UF16 => Packing::Blocks(ImageFormat::BC6hRgbUfloat, Color::Linear),

@@ -81,7 +81,11 @@ pub fn read(job: &Job<'_>, mut file: Watched<'_, '_>) -> Result<CubeMap> {
         Some(SupercompressionScheme::Zstandard) => match ruzstd::decoding::StreamingDecoder::new(level) {
             Ok(decoder) => collect(decoder, wanted),
             Err(e) => {
-                return Err(if state.is_cancelled() { Error::Cancelled } else { job.damaged("KTX2 with Zstandard", e) });
+                return Err(if state.is_cancelled() {
+                    Error::Cancelled
+                } else {
+                    job.damaged("KTX2 with Zstandard", e)
+                });
             }
         },
         Some(SupercompressionScheme::ZLIB) => collect(flate2::read::ZlibDecoder::new(level), wanted),

@@ -1,6 +1,6 @@
 //! PNG and JPEG: 8 or 16 bits a channel, as sRGB unless told otherwise. Alpha does not count.
 
-use std::io::BufReader;
+use std::io::{BufReader, Cursor, Read};
 
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
 use image::{DynamicImage, ImageDecoder, ImageError};
@@ -59,8 +59,17 @@ pub fn read_png(job: &Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
     read(job, "PNG", decoder)
 }
 
-pub fn read_jpeg(job: &Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
-    let decoder = JpegDecoder::new(BufReader::with_capacity(1 << 16, file)).map_err(|e| refuse(job, "JPEG", e))?;
+pub fn read_jpeg(job: &Job<'_>, mut file: Watched<'_, '_>) -> Result<Plane> {
+    // The decoder forgives a scan that ends too early and makes the rest up. A whole file ends its last scan (ff da) with a
+    // mark (ff d9); inside a scan neither pair occurs.
+    let state = file.state();
+    let mut bytes = vec![];
+    file.read_to_end(&mut bytes).map_err(|e| state.explain(job.path, e))?;
+    let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
+    if last(0xda).is_none_or(|scan| last(0xd9).is_none_or(|end| end < scan)) {
+        return Err(job.damaged("JPEG", "its end is missing"));
+    }
+    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|e| refuse(job, "JPEG", e))?;
     read(job, "JPEG", decoder)
 }
 
