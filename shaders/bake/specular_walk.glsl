@@ -18,7 +18,7 @@ layout(std430, set = 0, binding = 0) readonly buffer Nodes { uvec4 nodes[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Texels { float texels[]; };
 // Cosine and sine of theta at the middle of every row, then of phi at the middle of every column.
 layout(std430, set = 0, binding = 2) readonly buffer Lines { vec2 lines[]; };
-layout(std430, set = 0, binding = 3) writeonly buffer Result { float result[]; };
+layout(std430, set = 0, binding = 3) buffer Result { float result[]; };
 layout(std430, set = 0, binding = 4) buffer Status { uint overrun; };
 
 layout(push_constant) uniform Job {
@@ -39,9 +39,6 @@ layout(push_constant) uniform Job {
     float inverse_norm;
     float blue_red;     // D of blue is blue_red * D of red + blue_green * D of green
     float blue_green;
-    float base_red;
-    float base_green;
-    float base_blue;
     float frame[9];     // rows of the matrix from the output's directions to the source's
 } job;
 
@@ -268,12 +265,14 @@ void main() {
     }
     if (step >= limit) atomicMax(overrun, 1u);
 
+    // Added to what other pieces of the tree gave, and to the source's base. All are read before any is written: a texel
+    // that stands in for others is written several times.
     uvec2 texel;
     uint at;
-#define STORE(I) texel = texel_of(block, I); \
-    at = 3u * (job.offset + (block.z * job.size + texel.y) * job.size + texel.x); \
-    result[at] = sum[I].x * job.inverse_norm + job.base_red; \
-    result[at + 1u] = sum[I].y * job.inverse_norm + job.base_green; \
-    result[at + 2u] = sum[I].z * job.inverse_norm + job.base_blue;
+#define PLACE(I) texel = texel_of(block, I); \
+    at = 3u * (job.offset + (block.z * job.size + texel.y) * job.size + texel.x);
+#define GATHER(I) PLACE(I) sum[I] = job.inverse_norm * sum[I] + vec3(result[at], result[at + 1u], result[at + 2u]);
+    EACH_TEXEL(GATHER)
+#define STORE(I) PLACE(I) result[at] = sum[I].x; result[at + 1u] = sum[I].y; result[at + 2u] = sum[I].z;
     EACH_TEXEL(STORE)
 }

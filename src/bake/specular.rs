@@ -67,6 +67,9 @@ const LEAF: f64 = 0.8;
 /// Leaves are not smaller than this, so that the tree of a large source stays within some ten megabytes.
 const LEAST_LEAF_RAD: f64 = 0.006;
 
+/// Every Vulkan device takes buffers of this size: larger trees are walked in pieces.
+const BUFFER_BYTES: usize = 1 << 27;
+
 /// How roughness runs over the mips m = 0..=M.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoughnessLaw {
@@ -269,9 +272,11 @@ impl SpecularJob {
         let p = self.precision;
         let narrowest = if self.mips > 1 { self.alpha(1) } else { 1.0 };
         let least = p.eps * p.near * narrowest;
-        // Leaves this small are few enough; what is finer is cut out of the source when it is asked for.
+        // Leaves this small are few enough; what is finer is cut out of the source when it is asked for, if the source
+        // fits into a buffer.
+        let fits = size_of_val(picture.texels()) <= BUFFER_BYTES;
         let params = Params {
-            leaf_extent_rad: (LEAF * least).max(LEAST_LEAF_RAD),
+            leaf_extent_rad: (LEAF * least).max(if fits { LEAST_LEAF_RAD } else { 0.0 }),
             least_extent_rad: LEAF * least,
             brightness_limit: p.brightness_limit,
         };
@@ -405,36 +410,41 @@ impl SpecularJob {
         };
         let name = format!("bake/specular{variant}+{}", self.kernel.name);
         let kernel = gpu.kernel(&name, shaders::spirv(&name), 5, size_of::<Push>() as u32)?;
-        let nodes = gpu.upload("nodes", &tree.nodes)?;
         let texels = if cuts { residual(picture, tree.base) } else { vec![0.0] };
         let texels = gpu.upload("texels", &texels)?;
         let lines = gpu.upload("lines", &lines(picture))?;
         let mut status = gpu.upload("status", &[0u32])?;
         let count: u32 = (1..self.mips).map(|m| 6 * self.level_size(m) * self.level_size(m)).sum();
-        let result = gpu.buffer("result", u64::from(count) * 12)?;
+        // Walks add to what is there.
+        let result = gpu.upload("result", &vec![tree.base; count as usize])?;
 
-        let total: u32 = (1..self.mips).map(|m| self.blocks(m)).sum();
-        let (mut done, mut offset) = (0, 0);
+        let pieces = tree.pieces(BUFFER_BYTES / size_of::<Node>());
+        let total = pieces.len() as u32 * (1..self.mips).map(|m| self.blocks(m)).sum::<u32>();
+        let mut done = 0;
         let mut next = slice.unwrap_or(1);
-        for m in 1..self.mips {
-            let push = self.push(m, offset, prepared);
-            let mut first = 0;
-            while first < self.blocks(m) {
-                tick(on, &self.stage(m), f64::from(done) / f64::from(total))?;
-                let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
-                let start = Instant::now();
-                let slice_push = Push { first, end: first + count, ..push };
-                let buffers = [&nodes, &texels, &lines, &result, &status];
-                gpu.dispatch(&kernel, &buffers, &slice_push, [count.div_ceil(WORKGROUP), 1, 1])?;
-                next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
-                first += count;
-                done += count;
+        for piece in pieces {
+            let nodes = gpu.upload("nodes", &tree.nodes[piece.clone()])?;
+            let mut offset = 0;
+            for m in 1..self.mips {
+                let push = Push { node_count: piece.len() as u32, ..self.push(m, offset, prepared) };
+                let mut first = 0;
+                while first < self.blocks(m) {
+                    tick(on, &self.stage(m), f64::from(done) / f64::from(total))?;
+                    let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
+                    let start = Instant::now();
+                    let slice_push = Push { first, end: first + count, ..push };
+                    let buffers = [&nodes, &texels, &lines, &result, &status];
+                    gpu.dispatch(&kernel, &buffers, &slice_push, [count.div_ceil(WORKGROUP), 1, 1])?;
+                    next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
+                    first += count;
+                    done += count;
+                }
+                if gpu.read::<u32>(&status)?[0] != 0 {
+                    gpu.write(&mut status, &[0u32])?;
+                    return Err(self.overrun(m));
+                }
+                offset += 6 * self.level_size(m) * self.level_size(m);
             }
-            if gpu.read::<u32>(&status)?[0] != 0 {
-                gpu.write(&mut status, &[0u32])?;
-                return Err(self.overrun(m));
-            }
-            offset += 6 * self.level_size(m) * self.level_size(m);
         }
         tick(on, "filtered", 1.0)?;
         let all = gpu.read::<f32>(&result)?;
@@ -473,7 +483,6 @@ impl SpecularJob {
             inverse_norm: lobe.inverse_norm as f32,
             blue_red: blue_red as f32,
             blue_green: blue_green as f32,
-            base: tree.base,
             frame: frame.matrix().map(|v| v as f32),
         }
     }
@@ -535,7 +544,6 @@ struct Push {
     inverse_norm: f32,
     blue_red: f32,
     blue_green: f32,
-    base: [f32; 3],
     frame: [f32; 9],
 }
 
@@ -740,6 +748,35 @@ mod tests {
         }
         assert_eq!(RoughnessLaw::Linear.roughness(0.25), 0.25);
         assert!((RoughnessLaw::Quadratic.roughness(0.75) - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn pieces_of_a_tree_add_up_to_it() {
+        let mut value = 0u32;
+        let source = Equirect::from_fn(64, |_, _| {
+            value = value.wrapping_mul(1664525).wrapping_add(1013904223);
+            [(value >> 16) as f32, (value >> 20) as f32, 1.0 + (value >> 24) as f32]
+        });
+        let job = SpecularRequest { size: 32, ..Default::default() }.resolve().expect("valid");
+        let whole = job.prepare(&source, None);
+        let walk = |prepared: &Prepared<'_>| {
+            let walked = job.lobe(1).walk(prepared, &[normalized([0.3, 0.5, -0.8])]).expect("few steps");
+            [0, 1, 2].map(|k| walked.values[0][k] - f64::from(whole.tree.base[k]))
+        };
+        let expected = walk(&whole);
+        for most in [100, 5000, 1 << 21] {
+            let pieces = whole.tree.pieces(most);
+            assert_eq!(pieces.len() == 1, most > whole.tree.nodes.len());
+            assert!(pieces.iter().all(|p| p.len() <= most));
+            let mut sum = [0.0; 3];
+            for piece in pieces {
+                let tree = Tree { nodes: whole.tree.nodes[piece].to_vec(), ..whole.tree.clone() };
+                let part = walk(&Prepared { picture: whole.picture.borrowed(), frame: whole.frame, tree });
+                (0..3).for_each(|k| sum[k] += part[k]);
+            }
+            // Parents that were left out are looked at through their children, which is finer.
+            assert!((0..3).all(|k| (sum[k] / expected[k] - 1.0).abs() < 1e-3), "{most}: {sum:?} {expected:?}");
+        }
     }
 
     #[test]

@@ -27,6 +27,8 @@
 mod equirect;
 mod faces;
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
@@ -80,7 +82,7 @@ pub const FINE: u32 = 4;
 /// A texel this many times brighter (as a factor of its extent) than the mean is cut into nodes.
 const CUT_BRIGHTNESS: f64 = 2.0;
 
-/// Most nodes that a tree may have.
+/// Nodes of a subtree: more do not get a common root.
 pub const MAX_NODES: u32 = 1 << 22;
 
 impl Node {
@@ -129,7 +131,7 @@ pub struct Moments {
 /// The tree and what goes with it.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    /// Depth-first.
+    /// Depth-first; several trees in a row where one would have more than [`MAX_NODES`].
     pub nodes: Vec<Node>,
     /// Subtracted from every texel: the lowest value of each channel.
     pub base: [f32; 3],
@@ -249,8 +251,32 @@ impl Tree {
             .collect();
         let count = grown.iter().map(|(_, nodes)| nodes.len()).sum::<usize>() + parts.len();
         let mut nodes = Vec::with_capacity(count);
+        if count >= MAX_NODES as usize {
+            grown.iter().for_each(|(_, part)| nodes.extend_from_slice(part));
+            return nodes;
+        }
         builder.assemble(all, &mut grown.into_iter(), &mut nodes);
         nodes
+    }
+
+    /// Cuts the nodes into ranges of at most `most` that can be walked one after the other. Roots of more are left out:
+    /// their children stand for them.
+    pub fn pieces(&self, most: usize) -> Vec<Range<usize>> {
+        let mut pieces: Vec<Range<usize>> = vec![];
+        let mut i = 0;
+        while i < self.nodes.len() {
+            let end = i + self.nodes[i].skip() as usize;
+            if end - i > most {
+                i += 1;
+                continue;
+            }
+            match pieces.last_mut() {
+                Some(last) if last.end == i && end - last.start <= most => last.end = end,
+                _ => pieces.push(i..end),
+            }
+            i = end;
+        }
+        pieces
     }
 
     /// D of blue is the first times D of red plus the second times D of green.
@@ -372,7 +398,7 @@ impl<C: Chart> Builder<'_, C> {
     fn node(&self, r: Rect, sums: &Sums, skip: u32) -> Node {
         let [rows, columns] = self.chart.place(r);
         let extent = self.chart.half_diagonal(r) as f32;
-        assert!(skip < MAX_NODES, "the tree's parameters bound its size");
+        assert!(skip < MAX_NODES, "larger trees are left in parts");
         let weight = self.weight(sums);
         if weight <= 0.0 {
             return Node { extent, key_and_skip: skip, rows, columns, ..Node::zeroed() };
