@@ -59,15 +59,13 @@ enum Command {
     Bake(bake::BakeArgs),
     /// Prefilter an environment into a specular cube with mips
     #[command(
-        after_help = "INPUT is a file (.hdr .exr .png .jpg: equirectangular, strip or cross, told by the aspect ratio; .ktx2 .dds: a
-cube), or six faces: a folder, a path with {face} in it, or six paths joined by commas, +X,-X,+Y,-Y,+Z,-Z. Faces are
+        after_help = "INPUT is a file (.hdr .exr .png .jpg: equirectangular, strip or cross; .ktx2 .dds: a cube) \
+or six faces: a folder, a path with {face} in it, or six paths joined by commas in the order +X,-X,+Y,-Y,+Z,-Z. Faces are \
 called px nx py ny pz nz, posx negx ..., or right left top bottom front back.
 
 Examples:
-  brdf-baker env studio.exr -o studio.ktx2
-  brdf-baker env sky.hdr -o sky.ktx2 --size 128 --roughness-law quadratic --mips 6
-  brdf-baker env 'yard_{face}.png' -o yard.ktx2 --rotate 90 --exposure -1
-  brdf-baker env cross.exr -o cross.ktx2 --clamp 1000 --repair"
+  brdf-baker env studio.exr -o studio.ktx2 --size 128 --roughness-law quadratic --mips 6
+  brdf-baker env 'yard_{face}.png' -o yard.ktx2 --rotate 90 --exposure -1 --clamp 1000"
     )]
     Env(env::EnvArgs),
     /// Check a baked file against an independent f64 integration; exit code 1 if it is wrong

@@ -8,6 +8,7 @@ use brdf_baker::{Error, Result};
 use super::console::Console;
 
 #[derive(clap::Args)]
+#[command(next_help_heading = "Input")]
 pub struct SourceArgs {
     /// What lies where in a picture: equirect, strip, vertical-strip, cross, vertical-cross [default: by its aspect
     /// ratio]
