@@ -51,8 +51,8 @@ fn check(folder: &Path) -> Result<usize, String> {
             let found = picture.row(y as u32)[x];
             for (c, value) in found.iter().enumerate() {
                 let expected = probe["rgb"][c].as_f64().ok_or("a probe has no colour")?;
-                // Written so that NaN is refused.
-                if !((f64::from(*value) - expected).abs() <= tolerance * expected + 1e-7) {
+                let off = (f64::from(*value) - expected).abs();
+                if off.is_nan() || off > tolerance * expected + 1e-7 {
                     return Err(format!("{name} at ({x}, {y}): {found:?}, expected {}", probe["rgb"]));
                 }
             }

@@ -1,8 +1,8 @@
 //! Exact resampling to a cube: every cube texel gets the mean radiance over its exact solid angle. Energy is kept,
 //! nothing aliases, and no filter width is guessed.
 //!
-//! Three ways, all exact for piecewise constant radiance: [`upright`] for equirectangular pictures that are at most
-//! turned about the vertical, [`turned`] for others, and [`faces`] for cubes.
+//! Three ways, all exact for piecewise constant radiance: `upright` for equirectangular pictures that are at most
+//! turned about the vertical, `turned` for others, and `faces` for cubes.
 
 mod faces;
 mod turned;

@@ -30,7 +30,7 @@ impl Adjust {
     /// Refuses numbers that mean nothing.
     pub fn check(&self) -> Result<()> {
         let refuse = |what: String, help: &str| Err(Error::usage(what, help));
-        if !(self.exposure_ev.abs() <= 64.0) {
+        if !(-64.0..=64.0).contains(&self.exposure_ev) {
             return refuse(format!("an exposure of {} EV is out of range", self.exposure_ev), "use -64 to 64");
         }
         if !(self.scale > 0.0 && self.scale.is_finite()) {

@@ -76,7 +76,7 @@ impl Layout {
             let [across, down] = layout.aspect();
             width > 0
                 && u64::from(width) * u64::from(down) == u64::from(height) * u64::from(across)
-                && width % across == 0
+                && width.is_multiple_of(across)
         };
         let size = format!("it is {width}x{height}");
         let Some(layout) = wanted.or_else(|| Self::ALL.into_iter().find(fits)) else {

@@ -112,9 +112,9 @@ impl super::Chart for Chart<'_> {
                     (0..3).for_each(|i| first[i] += along * [s, t, 1.0][i]);
                     (0..6).for_each(|i| second[i] += twice * [s * s, t * t, 1.0, s * t, s, t][i]);
                 }
-                for k in 0..3 {
-                    local.e[k] += radiance[k] * one;
-                    (0..3).for_each(|i| local.first[k][i] += radiance[k] * first[i]);
+                for (k, radiance) in radiance.into_iter().enumerate() {
+                    local.e[k] += radiance * one;
+                    (0..3).for_each(|i| local.first[k][i] += radiance * first[i]);
                 }
                 (0..6).for_each(|i| local.second[i] += w * second[i]);
             }
