@@ -681,9 +681,30 @@ fn clamping_reports_the_energy_that_it_removes() {
 
 #[test]
 fn cancelling_while_reading_is_an_answer() {
-    let (_folder, path) = panorama_of(vec![[1.0; 3]; 8]);
-    let stop = &mut |_: brdf_baker::progress::Progress<'_>| std::ops::ControlFlow::Break(());
-    assert!(matches!(import::read(&path, &Options::default(), stop), Err(Error::Cancelled)));
+    // Larger than the step between two looks at the listener, so that the decoders are in the middle of it.
+    let folder = TempDir::new().unwrap();
+    let mut random = Random(3);
+    let plane = Plane {
+        width: 1024,
+        texels: (0..1024 * 512).map(|_| [0; 3].map(|_: i32| (255.0 * random.next()) as f32)).collect(),
+    };
+    write_exr(&folder.path().join("a.exr"), &plane);
+    write_hdr(&folder.path().join("a.hdr"), &plane);
+    write_png8(&folder.path().join("a.png"), &plane);
+    let cube = speckled(256);
+    put(&folder, "a.ktx2", &ktx2(&cube, "rgba16f"));
+    put(&folder, "a.dds", &dds(256, DxgiFormat::R16G16B16A16_Float, f16_bytes(rgba(&cube))));
+    for name in ["a.exr", "a.hdr", "a.png", "a.ktx2", "a.dds"] {
+        for last in [0, 1] {
+            let mut looks = 0;
+            let stop = &mut |_: brdf_baker::progress::Progress<'_>| {
+                looks += 1;
+                if looks > last { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
+            };
+            let answer = import::read(&folder.path().join(name), &Options::default(), stop);
+            assert!(matches!(answer, Err(Error::Cancelled)), "{name}, look {last}: {answer:?}");
+        }
+    }
 }
 
 // ---- Turning ----
