@@ -229,6 +229,8 @@ fn bad_environments_are_refused_before_any_work() {
         (env("good.hdr", &["--layout", "crosss"]), vec!["crosss", "did you mean 'cross'"]),
         (env("good.hdr", &["--layout", "cross"]), vec!["good.hdr", "32x16", "4:3"]),
         (env("good.hdr", &["--color", "sRGB"]), vec!["sRGB", "srgb, linear"]),
+        (env("good.hdr", &["--color", "srgb"]), vec!["--color srgb", "good.hdr", "floats"]),
+        (env("good.hdr", &["--part", "left"]), vec!["--part", "good.hdr", "OpenEXR"]),
         (env("good.hdr", &["--rotate-xyz", "1,2"]), vec!["1,2", "X,Y,Z"]),
         (env("good.hdr", &["--rotate", "inf"]), vec!["inf"]),
         (env("good.hdr", &["--rotate", "1", "--rotate-xyz", "1,2,3"]), vec!["--rotate-xyz"]),

@@ -88,7 +88,7 @@ pub fn read(job: &Job<'_>, file: Watched<'_, '_>) -> Result<CubeMap> {
         };
         return Err(Error::input(job.path, format!("its format is {name}, which is not read here"), CONVERT));
     };
-    let packing = packing.with_color(job.options.color);
+    let packing = packing.with_color(job)?;
 
     // Each face is followed by its smaller levels.
     if mips > 32 - size.leading_zeros() {

@@ -24,6 +24,7 @@ struct Choice {
 }
 
 pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
+    job.refuse_color()?;
     let state = file.state();
     let refuse = |job: &Job<'_>, compression: Option<ex::Compression>, e: ex::Error| {
         let name = compression.map_or("unknown", compression_name);

@@ -9,6 +9,7 @@ use super::{Job, Plane};
 use crate::error::{Error, Result};
 
 pub fn read(job: &Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
+    job.refuse_color()?;
     let refuse = |e: ImageError| match e {
         ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
             Error::input(job.path, "it is cut short", "fetch or export it again")

@@ -64,7 +64,7 @@ pub fn read(job: &Job<'_>, mut file: Watched<'_, '_>) -> Result<CubeMap> {
         };
         return Err(Error::input(job.path, what, CONVERT));
     };
-    let packing = packing.with_color(job.options.color);
+    let packing = packing.with_color(job)?;
 
     // The largest level.
     let mut index = [0; LevelIndex::LENGTH];

@@ -92,6 +92,17 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Refuses a colour encoding for a file that holds floats.
+    fn refuse_color(&self) -> Result<()> {
+        match self.options.color {
+            None => Ok(()),
+            Some(color) => {
+                let what = format!("--color {} does not go with '{}'", color.name(), self.path.display());
+                Err(Error::usage(what, "leave it out: the file holds floats, which are linear"))
+            }
+        }
+    }
+
     /// A file whose content is damaged, or cut short.
     fn damaged(&self, format: &str, why: impl std::fmt::Display) -> Error {
         let what = format!("as {format} it is damaged or cut short: {why}");
@@ -157,6 +168,9 @@ pub fn read(input: &Path, options: &Options, on: &mut OnProgress<'_>) -> Result<
     Ok(Imported { environment: Environment { picture, frame }, layout, adjusted, notes })
 }
 
+/// The first bytes of an OpenEXR file.
+const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
 /// Decodes one file.
 fn decode(job: &mut Job<'_>, on: &mut OnProgress<'_>) -> Result<Content> {
     let mut file = Watched::open(job.path, on)?;
@@ -167,8 +181,12 @@ fn decode(job: &mut Job<'_>, on: &mut OnProgress<'_>) -> Result<Content> {
         .read_to_end(&mut magic)
         .and_then(|_| file.rewind())
         .map_err(|e| state.explain(job.path, e))?;
+    if job.options.part.is_some() && !magic.starts_with(&EXR) {
+        let what = format!("--part does not go with '{}'", job.path.display());
+        return Err(Error::usage(what, "leave it out: only OpenEXR files have parts and layers"));
+    }
     let decoded = match magic.as_slice() {
-        [0x76, 0x2f, 0x31, 0x01, ..] => exr::read(job, file).map(Content::Plane),
+        [a, b, c, d, ..] if [*a, *b, *c, *d] == EXR => exr::read(job, file).map(Content::Plane),
         [b'#', b'?', ..] => hdr::read(job, file).map(Content::Plane),
         [0x89, b'P', b'N', b'G', ..] => ldr::read_png(job, file).map(Content::Plane),
         [0xff, 0xd8, 0xff, ..] => ldr::read_jpeg(job, file).map(Content::Plane),

@@ -4,7 +4,8 @@ use half::f16;
 use image_dds::{ImageFormat, Surface};
 use rayon::prelude::*;
 
-use super::Color;
+use super::{Color, Job};
+use crate::error::Result;
 
 /// How a texel is stored. Alpha, where there is any, does not count; one component is grey.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,18 +43,28 @@ impl Packing {
     }
 
     /// The same, with the user's word on what integers mean.
-    pub fn with_color(self, wanted: Option<Color>) -> Packing {
-        match (self, wanted) {
-            (Packing::Unorm8 { components, bgr, .. }, Some(color)) => Packing::Unorm8 { components, bgr, color },
-            (Packing::Unorm16(components, _), Some(color)) => Packing::Unorm16(components, color),
-            (Packing::Blocks(format, _), Some(color)) if !is_float(format) => Packing::Blocks(format, color),
-            _ => self,
-        }
+    pub fn with_color(self, job: &Job<'_>) -> Result<Packing> {
+        let color = |own: Color| job.options.color.unwrap_or(own);
+        Ok(match self {
+            Packing::Unorm8 { components, bgr, color: own } => Packing::Unorm8 { components, bgr, color: color(own) },
+            Packing::Unorm16(components, own) => Packing::Unorm16(components, color(own)),
+            Packing::Blocks(format, own) if !is_float(format) => Packing::Blocks(format, color(own)),
+            floats => {
+                job.refuse_color()?;
+                floats
+            }
+        })
     }
 
     /// Appends the texels of a picture; an error says why they cannot be decoded. `bytes` has
     /// [`Packing::size_bytes`].
-    pub fn decode(self, width: u32, height: u32, bytes: &[u8], out: &mut Vec<[f32; 3]>) -> Result<(), String> {
+    pub fn decode(
+        self,
+        width: u32,
+        height: u32,
+        bytes: &[u8],
+        out: &mut Vec<[f32; 3]>,
+    ) -> std::result::Result<(), String> {
         let grey_or_rgb = |components: usize, at: &dyn Fn(usize) -> f32| {
             if components < 3 { [at(0); 3] } else { [at(0), at(1), at(2)] }
         };
