@@ -32,9 +32,7 @@ layout(push_constant) uniform Job {
     float d_theta;      // sides of a source texel
     float d_phi;
     float alpha;
-    float near;         // below this distance nodes do not shrink further
-    float eps;          // node size / distance
-    float cap;          // largest distance that counts
+    float eps;          // node size / room
     float inverse_norm;
     float blue_red;     // D of blue is blue_red * D of red + blue_green * D of green
     float blue_green;
@@ -98,7 +96,7 @@ void main() {
 
     // Software Vulkan reads a push constant as slowly as memory, and in a loop each time anew.
     uint node_count = job.node_count, limit = job.limit;
-    float alpha = job.alpha, near = job.near, eps = job.eps, cap = job.cap;
+    float alpha = job.alpha, eps = job.eps;
     float blue_red = job.blue_red, blue_green = job.blue_green;
 #if CUT
     uint all_rows = job.rows;
@@ -126,8 +124,7 @@ void main() {
             c = uintBitsToFloat(w.xyz);
             vec3 away = middle - c;
             float away2 = dot(away, away);
-            float room = max(near, sqrt(away2) - reach - key);
-            threshold = eps * min(room * fma(10.5, alpha, room) / fma(1.75, room, 10.0 * alpha), cap);
+            threshold = eps * room(away2, reach, key, alpha);
             bool pass = w.w < 0x400000u || fma(-0.5, away2, 1.0 + reach + 2.0 * key) < 0.0;
             bool enter = !pass && key > threshold && skip > 1u;
             at = pass || enter ? at : i;

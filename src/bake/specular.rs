@@ -26,11 +26,11 @@
 //! Otherwise its children are visited, or the leaf is cut into parts of its texels. "Small" is
 //!
 //! ```text
-//! extent · brightness ≤ eps · min(room · (x + 10.5)/(1.75 x + 10), cap)
-//! room = max(near · alpha, distance), x = room/alpha
+//! extent · brightness ≤ eps · room
 //! ```
 //!
-//! The error of a node goes with the third power of extent/distance. Division is by the kernel's own norm, never by a
+//! with the kernel's own `room`: the length over which it changes at the node's place. The error of a node goes with the
+//! third power of extent/room. Division is by the kernel's own norm, never by a
 //! sum of weights. The same bytes come out whatever the slices and however many threads.
 
 use std::borrow::Cow;
@@ -108,12 +108,8 @@ impl RoughnessLaw {
 /// How finely the walk looks. The error goes with eps³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
-    /// Extent of a node over its distance.
+    /// Extent of a node over the room that the kernel leaves it ([`Zonal::room`]).
     pub eps: f64,
-    /// Nodes need not be smaller than at this distance, in units of alpha.
-    pub near: f64,
-    /// Greatest distance that counts, for wide lobes; narrow ones go up to twice as far.
-    pub cap: f64,
     /// Nodes brighter than the mean are cut finer by the root of the ratio, up to this factor.
     pub brightness_limit: f64,
     /// Iterations after which an invocation gives up with an error. Software Vulkan counts to 65,535.
@@ -122,7 +118,7 @@ pub struct Precision {
 
 impl Default for Precision {
     fn default() -> Self {
-        Self { eps: 0.45, near: 1.5, cap: 0.3, brightness_limit: 4.0, limit: 60_000 }
+        Self { eps: 0.45, brightness_limit: 4.0, limit: 60_000 }
     }
 }
 
@@ -195,7 +191,6 @@ pub struct Lobe {
     pub alpha: f64,
     inverse_norm: f64,
     precision: Precision,
-    cap: f64,
 }
 
 /// What a walk found, and how far it went.
@@ -259,7 +254,7 @@ impl SpecularJob {
         };
         let p = self.precision;
         let narrowest = if self.mips > 1 { self.alpha(1) } else { 1.0 };
-        let least = p.eps * p.near * narrowest;
+        let least = p.eps * (self.kernel.least_room)(narrowest);
         // Leaves this small are few enough; what is finer is cut out of the source when it is asked for.
         let params = Params {
             leaf_extent_rad: (LEAF * least).max(LEAST_LEAF_RAD),
@@ -382,8 +377,8 @@ impl SpecularJob {
     ) -> Result<Vec<Vec<f32>>> {
         let Prepared { source, tree } = prepared;
         // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all.
-        let cuts = tree.needs_texels(self.lobe(1).threshold(0.0));
-        let name = format!("bake/specular{}+{}", if cuts { "_cut" } else { "" }, self.kernel.name);
+        let cuts = tree.needs_texels(self.lobe(1).least_threshold());
+        let name = format!("bake/specular{}+{}", if cuts { "_cut" } else { "" }, self.kernel.file());
         let kernel = gpu.kernel(&name, shaders::spirv(&name), 5, size_of::<Push>() as u32)?;
         let nodes = gpu.upload("nodes", &tree.nodes)?;
         let texels = if cuts { residual(source, tree.base) } else { vec![0.0] };
@@ -443,9 +438,7 @@ impl SpecularJob {
             d_theta: (std::f64::consts::PI / f64::from(source.height)) as f32,
             d_phi: (std::f64::consts::TAU / f64::from(source.width)) as f32,
             alpha: lobe.alpha as f32,
-            near: (self.precision.near * lobe.alpha) as f32,
             eps: self.precision.eps as f32,
-            cap: lobe.cap as f32,
             inverse_norm: lobe.inverse_norm as f32,
             blue_red: blue_red as f32,
             blue_green: blue_green as f32,
@@ -503,9 +496,7 @@ struct Push {
     d_theta: f32,
     d_phi: f32,
     alpha: f32,
-    near: f32,
     eps: f32,
-    cap: f32,
     inverse_norm: f32,
     blue_red: f32,
     blue_green: f32,
@@ -531,14 +522,12 @@ fn quadratic(q: &[f64; 6], d: [f64; 3]) -> f64 {
 impl Lobe {
     /// A kernel at width `alpha` > 0.
     pub fn new(kernel: &'static Zonal, alpha: f64, precision: Precision) -> Self {
-        let cap = (2.0 * (precision.cap - alpha)).max(precision.cap);
-        Self { kernel, alpha, inverse_norm: 1.0 / (kernel.norm)(alpha), precision, cap }
+        Self { kernel, alpha, inverse_norm: 1.0 / (kernel.norm)(alpha), precision }
     }
 
-    /// The largest node that may be added whole at a distance from the block.
-    fn threshold(&self, distance: f64) -> f64 {
-        let room = (self.precision.near * self.alpha).max(distance);
-        self.precision.eps * (room * (room + 10.5 * self.alpha) / (1.75 * room + 10.0 * self.alpha)).min(self.cap)
+    /// No node has to be smaller than this.
+    fn least_threshold(&self) -> f64 {
+        self.precision.eps * (self.kernel.least_room)(self.alpha)
     }
 
     /// Walks the tree for the axes of a block: the rule in f64, over the nodes that the shader reads. `None` when it
@@ -567,7 +556,7 @@ impl Lobe {
                 i += node.skip() as usize;
                 continue;
             }
-            let threshold = self.threshold(away2.sqrt() - reach - key);
+            let threshold = p.eps * (self.kernel.room)(away2, reach, key, self.alpha);
             if key > threshold && node.skip() > 1 {
                 i += 1;
                 continue;

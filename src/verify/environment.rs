@@ -12,6 +12,7 @@ use crate::bake::specular::SpecularJob;
 use crate::env::{Equirect, orientation};
 use crate::error::Result;
 use crate::progress::{OnProgress, tick};
+use crate::term::zonal::{Peak, Zonal};
 use crate::texture::Texture;
 
 /// What no checked texel may be off by, relative to its value.
@@ -65,7 +66,7 @@ pub fn check(
         let texels = chosen(job.level_size(mip), mip, brightest, extent);
         let norm = (job.kernel.norm)(alpha);
         let axes: Vec<_> = texels.iter().map(|[face, x, y]| job.axis(mip, *face, *x, *y)).collect();
-        let exact = truth.integrals(&axes, 2.0 * alpha, |h| (job.kernel.values)(h, alpha));
+        let exact = truth.integrals(&axes, Scale::of(job.kernel, alpha), |h| (job.kernel.values)(h, alpha));
         let (mut squares, mut max) = (0.0, 0.0f64);
         for ([face, x, y], exact) in texels.iter().zip(&exact) {
             for (k, exact) in exact.iter().enumerate() {
@@ -120,6 +121,22 @@ fn chosen(size: u32, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32;
     texels
 }
 
+/// On what angle a kernel varies, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// The angle, in radians.
+    pub width_rad: f64,
+    /// Where it is that narrow.
+    pub peak: Peak,
+}
+
+impl Scale {
+    /// The scale of a registered kernel.
+    pub fn of(kernel: &Zonal, alpha: f64) -> Self {
+        Self { width_rad: (kernel.scale)(alpha), peak: kernel.peak }
+    }
+}
+
 /// A source, with the tables that every direction needs.
 pub struct Truth<'a> {
     source: &'a Equirect,
@@ -137,6 +154,9 @@ const GAUSS: f64 = 0.288_675_134_594_812_9;
 const FAR: f64 = 90.0;
 /// Within this many texel sides, texels are cut; parts are at most 1/NEAR of their distance.
 const NEAR: f64 = 8.0;
+/// A ring at the horizon is cut this many times its width above it, if it is not [`COARSE`] texel sides wide.
+const RING: f64 = 14.0;
+const COARSE: f64 = 3.0;
 
 impl<'a> Truth<'a> {
     /// Prepares a source.
@@ -150,8 +170,8 @@ impl<'a> Truth<'a> {
     }
 
     /// ∫ kernel(h) L dω around `n`, a unit vector, with h = (1 − n·ω)/2; directions with n·ω ≤ 0 count nothing.
-    /// `kernel` replaces every h by the kernel's value; `width_rad` is the scale on which that varies at its peak.
-    pub fn integral(&self, n: [f64; 3], width_rad: f64, kernel: impl Fn(&mut [f64])) -> [f64; 3] {
+    /// `kernel` replaces every h by the kernel's value.
+    pub fn integral(&self, n: [f64; 3], scale: Scale, kernel: impl Fn(&mut [f64])) -> [f64; 3] {
         let (width, side) = (i64::from(self.source.width), self.d_theta.max(self.d_phi));
         // n·ω on each row is A + B cos(φ − φ_n): what is nearer than a distance lies between two columns.
         let along = |table: &[[f64; 2]]| table.iter().map(|[c, s]| n[0] * c + n[2] * s).collect::<Vec<f64>>();
@@ -159,9 +179,18 @@ impl<'a> Truth<'a> {
         let middle = (n[2].atan2(n[0]) + PI) / self.d_phi - 0.5;
         let within = |distance: f64| 1.0 - 0.5 * distance * distance;
         // From the outside in: what is not wholly below the horizon, what is wholly above it, near, very near.
-        let edge = 1.1 * side;
-        let nearest = if width_rad > 4.0 * side { 2.0 } else { within(NEAR * side) };
-        let bounds = [-edge, edge, within(FAR * side), nearest];
+        let below = 1.1 * side;
+        let (edge, far, nearest) = match scale.peak {
+            Peak::Axis if scale.width_rad > 4.0 * side => (below, within(FAR * side), 2.0),
+            Peak::Axis => (below, within(FAR * side), within(NEAR * side)),
+            // Beside the ring, K is steep everywhere.
+            Peak::Horizon if scale.width_rad > COARSE * side => (below, below, within(NEAR * side)),
+            Peak::Horizon => {
+                let edge = below.max((RING * scale.width_rad).min(0.7));
+                (edge, edge, within(NEAR * side).max(edge))
+            }
+        };
+        let bounds = [-below, edge, far, nearest];
 
         let mut total = [0.0; 3];
         let mut h = Vec::with_capacity(self.source.width as usize);
@@ -225,7 +254,7 @@ impl<'a> Truth<'a> {
                 pieces(from, to, &mut |x0, x1| {
                     for x in x0..x1 {
                         let distance = (2.0 - 2.0 * (n[1] * cos + sin * centres[x])).max(0.0).sqrt();
-                        let mean = self.by_parts(n, y, x, distance, width_rad, &kernel);
+                        let mean = self.by_parts(n, y, x, distance, scale, &kernel);
                         (0..3).for_each(|c| sum[c] += mean * f64::from(row[x][c]));
                     }
                 });
@@ -242,11 +271,14 @@ impl<'a> Truth<'a> {
         y: u32,
         x: usize,
         distance: f64,
-        width_rad: f64,
+        scale: Scale,
         kernel: &impl Fn(&mut [f64]),
     ) -> f64 {
         let side = self.d_theta.max(self.d_phi);
-        let size = ((distance - side) / NEAR).max(0.25 * width_rad);
+        let size = match scale.peak {
+            Peak::Axis => ((distance - side) / NEAR).max(0.25 * scale.width_rad),
+            Peak::Horizon => ((distance - side) / NEAR).max(0.01 * side).min(0.25 * scale.width_rad),
+        };
         let theta = (f64::from(y) + 0.5) * self.d_theta;
         let parts = |side: f64| ((side / size).ceil() as usize).clamp(4, 256);
         let (rows, columns) = (parts(self.d_theta), parts(self.d_phi * (theta.sin() + 0.5 * self.d_theta).min(1.0)));
@@ -279,9 +311,9 @@ impl<'a> Truth<'a> {
     pub fn integrals(
         &self,
         directions: &[[f64; 3]],
-        width_rad: f64,
+        scale: Scale,
         kernel: impl Fn(&mut [f64]) + Sync,
     ) -> Vec<[f64; 3]> {
-        directions.par_iter().map(|n| self.integral(*n, width_rad, &kernel)).collect()
+        directions.par_iter().map(|n| self.integral(*n, scale, &kernel)).collect()
     }
 }

@@ -18,14 +18,22 @@
 //! ```
 //!
 //! f multiplies g′, so that nodes under the horizon add nothing.
+//!
+//! **Room.** Beyond the second order, a node of half diagonal s is wrong by about (λ s)³ of what it adds, λ = |d ln K/dω|:
+//! its room is about 2/λ, and never much more than the lobe's width at the peak. Where K is below [`FLOOR`] of its peak,
+//! no light is bright enough for the whole error to be seen, and the room grows as K^(−1/3).
 
+pub mod beckmann;
+pub mod blinn_phong;
+pub mod charlie;
 pub mod ggx;
+pub mod lambert;
 
 use crate::error::{Error, Result, nearest};
 
 /// A kernel to filter with.
 pub struct Zonal {
-    /// The name used on the command line and in files; also the GLSL file's.
+    /// The name used on the command line and in files.
     pub name: &'static str,
     /// One line for lists.
     pub about: &'static str,
@@ -39,10 +47,42 @@ pub struct Zonal {
     pub over_node: fn(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2],
     /// ∫ K dω = 4π ∫ K dh over [0, ½], which a filtered environment is divided by.
     pub norm: fn(alpha: f64) -> f64,
+    /// The half diagonal, in radians, of a node that `over_node` errs little for: to be multiplied with a precision. The
+    /// node's centroid is √away2 from the middle of axes that are up to `reach` from it; the node is at most `extent`
+    /// wide to any side.
+    pub room: fn(away2: f64, reach: f64, extent: f64, alpha: f64) -> f64,
+    /// The least that `room` gives.
+    pub least_room: fn(alpha: f64) -> f64,
+    /// The angle, in radians, on which K varies at its peak.
+    pub scale: fn(alpha: f64) -> f64,
+    /// Where K is greatest.
+    pub peak: Peak,
+    /// Least alpha that is filtered within the stated error; `None` where K does not depend on alpha.
+    pub least_alpha: Option<f64>,
 }
 
+impl Zonal {
+    /// Stem of the GLSL file.
+    pub fn file(&self) -> String {
+        self.name.replace('-', "_")
+    }
+}
+
+/// Where a kernel is greatest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Peak {
+    /// At the axis.
+    Axis,
+    /// On a ring just above the horizon.
+    Horizon,
+}
+
+/// K over its peak, below which lights are not seen in full.
+pub const FLOOR: f64 = 1e-5;
+
 /// Every kernel, in the order of their documentation.
-pub static ZONALS: &[&Zonal] = &[&ggx::GGX];
+pub static ZONALS: &[&Zonal] =
+    &[&ggx::GGX, &charlie::CHARLIE, &lambert::LAMBERT, &beckmann::BECKMANN, &blinn_phong::BLINN_PHONG];
 
 /// The kernel with this name.
 pub fn parse(name: &str) -> Result<&'static Zonal> {
