@@ -199,6 +199,12 @@ void main() {
         float spread = q_same.x + q_same.y + q_same.z;
         float w = sqrt(1.5 * spread) + 1e-7;
         float slope = 0.5 / w;
+#if SHARP_HORIZON
+        // Half the node's reach along the texel's axis, instead of the mean over all directions.
+#define HORIZON w = sqrt(max(24.0 * (v - v0), 0.0)) + 1e-7; slope = 0.5 / w;
+#else
+#define HORIZON
+#endif
         float v0 = spread * spread / 16.0;
         float h0 = 0.25 * spread;
         q_same *= 0.125;
@@ -211,6 +217,7 @@ void main() {
         float v = fma(q_same.x, dd.x, fma(q_same.y, dd.y, fma(q_same.z, dd.z, \
                   fma(q_mixed.x, dm.x, fma(q_mixed.y, dm.y, fma(q_mixed.z, dm.z, v0)))))); \
         float mu0 = fma(-2.0, h, 1.0); \
+        HORIZON \
         float f = clamp(fma(mu0, slope, 0.5), 0.0, 1.0); \
         float mu = max(mu0, w * f * f); \
         vec2 k = over_node(h, mu, f, v, alpha); \

@@ -18,7 +18,7 @@
 //! ```text
 //! h̄ = (|n − c|² + tr Q)/4            the exact mean of h over the node
 //! v = (n − c)ᵀ Q (n − c)/8 + (tr Q)²/16    half its variance; the second part stands for the terms beyond
-//! w = √(1.5 tr Q)                    half the node's reach in μ
+//! w = √(1.5 tr Q)                    half the node's reach in μ; √(3 (n − c)ᵀ Q (n − c)) for kernels with a sharp horizon
 //! f = clamp(½ + (1 − 2h̄)/(2w), 0, 1), μ̄ = max(1 − 2h̄, w f²)    share above the horizon, mean of max(μ, 0)
 //! s += mean(h̄, μ̄, f, v) e + slope(…) n·D
 //! ```
@@ -617,12 +617,15 @@ impl Lobe {
 
     fn add(&self, node: &Moments, axes: &[[f64; 3]], walked: &mut Walked) {
         let spread = node.q[0] + node.q[1] + node.q[2];
-        let w = (1.5 * spread).sqrt() + 1e-7;
+        let w_mean = (1.5 * spread).sqrt() + 1e-7;
+        let v0 = spread * spread / 16.0;
         for (n, sum) in axes.iter().zip(&mut walked.values) {
             let d = minus(*n, node.c);
             let h = 0.25 * (dot(d, d) + spread);
-            let v = (spread * spread / 16.0 + 0.125 * quadratic(&node.q, d)).max(0.0);
+            let along = 0.125 * quadratic(&node.q, d);
+            let v = (v0 + along).max(0.0);
             let mu0 = 1.0 - 2.0 * h;
+            let w = if self.kernel.sharp_horizon { (24.0 * along).max(0.0).sqrt() + 1e-7 } else { w_mean };
             let f = (0.5 + 0.5 * mu0 / w).clamp(0.0, 1.0);
             let mu = mu0.max(w * f * f);
             let [mean, slope] = (self.kernel.over_node)(h, mu, f, v, self.alpha);

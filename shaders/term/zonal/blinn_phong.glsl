@@ -1,4 +1,5 @@
 // Blinn-Phong lobe (Walter et al. 2007, Eq. 30) with the weight n.w. Rust twin: src/term/zonal/blinn_phong.rs.
+#define SHARP_HORIZON 0
 
 // ln(1 - h), h in [0, 3/4]: the built-in loses what it adds to 1.
 float ln_one_minus(float h) {
@@ -20,13 +21,17 @@ vec2 over_node(float h, float mu, float f, float v, float alpha) {
     return g * vec2(fma(v, first * fma((1.0 - m) * i, mu, -4.0 * f), mu), fma(-0.5 * first, mu, f));
 }
 
-// The room of a node: the length over which the lobe changes; more where it is below 1e-5 of its peak.
+// How much more room there is where K is exp(-fall) of its peak.
+float fainter(float fall) {
+    return exp(fma(0.1, clamp(fall, 0.0, 200.0), clamp(fall - 9.21, 0.0, 60.0) / 3.0));
+}
+
+// The room of a node: 1.5 alpha at the axis, 2.4 over the relative slope beside it; more where the lobe is faint.
 float room(float away2, float reach, float extent, float alpha) {
     float d = clamp(sqrt(away2) - reach - extent, 0.0, 1.5);
     float m = 1.0 / (alpha * alpha) - 1.0;
     float i = 1.0 / fma(-0.25 * d, d, 1.0);
-    float slope = 0.25 * d * i * m;
+    float slope = d * i * m / 4.8;
     float near = 1.0 / (1.5 * alpha);
-    float faint = clamp(fma(m, log(i), -11.512925), 0.0, 60.0);
-    return min(exp(faint / 3.0) * inversesqrt(fma(near, near, slope * slope)), 0.3);
+    return min(fainter(m * log(i)) * inversesqrt(fma(near, near, slope * slope)), 0.3);
 }

@@ -1,4 +1,5 @@
 // GGX lobe (Trowbridge-Reitz; Walter et al. 2007, Eq. 33) with the weight n.w. Rust twin: src/term/zonal/ggx.rs.
+#define SHARP_HORIZON 0
 
 // Mean over a node and slope: (x, y).
 // Domain: h in [0, 1], mu >= 0, f in [0, 1], v >= 0, alpha in (0, 1].

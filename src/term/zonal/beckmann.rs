@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::{FLOOR, Peak, Zonal};
+use super::{Peak, Zonal, fainter};
 use crate::quadrature::gauss_legendre::gauss_legendre;
 
 /// See the module.
@@ -21,11 +21,12 @@ pub static BECKMANN: Zonal = Zonal {
     least_room: |alpha| LEAST_ROOM * alpha,
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
+    sharp_horizon: false,
     least_alpha: Some(1.0 / 300.0),
 };
 
-/// Room in units of alpha where K is [`FLOOR`] of its peak, the least.
-const LEAST_ROOM: f64 = 0.5;
+/// The least room in units of alpha: where the slope has grown and K is not yet faint.
+const LEAST_ROOM: f64 = 1.0;
 
 #[inline]
 fn value(h: f64, alpha: f64) -> f64 {
@@ -44,15 +45,14 @@ pub fn over_node(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2] {
     [g * (mu + v * (second * mu - 4.0 * first * f)), g * (f - 0.5 * first * mu)]
 }
 
-/// The room of a node ([`super`]).
+/// The room of a node ([`super`]): 1.5 alpha at the axis, 2.4 over the relative slope beside it.
 pub fn room(away2: f64, reach: f64, extent: f64, alpha: f64) -> f64 {
     let d = (away2.sqrt() - reach - extent).clamp(0.0, 1.5);
     let i = 1.0 / (1.0 - 0.25 * d * d);
     let steep = i / (alpha * alpha);
-    let slope = 0.25 * d * i * (steep - 2.0);
+    let slope = d * i * (steep - 2.0) / 4.8;
     let near = 1.0 / (1.5 * alpha);
-    let faint = (0.25 * d * d * steep + FLOOR.ln()).clamp(0.0, 60.0);
-    ((faint / 3.0).exp() / (near * near + slope * slope).sqrt()).min(0.3)
+    (fainter(0.25 * d * d * steep) / (near * near + slope * slope).sqrt()).min(0.3)
 }
 
 /// 4π ∫ exp(−t/a²) (1 − t)/(1 + t) dt over t = tan²θ_h from 0 to 1, by quadrature in t/a²; to 1e-13.

@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::{FLOOR, Peak, Zonal};
+use super::{Peak, Zonal, fainter};
 
 /// See the module.
 pub static BLINN_PHONG: Zonal = Zonal {
@@ -20,11 +20,12 @@ pub static BLINN_PHONG: Zonal = Zonal {
     least_room: |alpha| LEAST_ROOM * alpha,
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
+    sharp_horizon: false,
     least_alpha: Some(1.0 / 300.0),
 };
 
-/// Room in units of alpha where K is [`FLOOR`] of its peak, the least.
-const LEAST_ROOM: f64 = 0.5;
+/// The least room in units of alpha: where the slope has grown and K is not yet faint.
+const LEAST_ROOM: f64 = 1.0;
 
 #[inline]
 fn value(h: f64, alpha: f64) -> f64 {
@@ -47,15 +48,14 @@ pub fn over_node(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2] {
     [g * (mu + v * (first * (1.0 - m) * i * mu - 4.0 * first * f)), g * (f - 0.5 * first * mu)]
 }
 
-/// The room of a node ([`super`]).
+/// The room of a node ([`super`]): 1.5 alpha at the axis, 2.4 over the relative slope beside it.
 pub fn room(away2: f64, reach: f64, extent: f64, alpha: f64) -> f64 {
     let d = (away2.sqrt() - reach - extent).clamp(0.0, 1.5);
     let m = 1.0 / (alpha * alpha) - 1.0;
     let i = 1.0 / (1.0 - 0.25 * d * d);
-    let slope = 0.25 * d * i * m;
+    let slope = d * i * m / 4.8;
     let near = 1.0 / (1.5 * alpha);
-    let faint = (m * i.ln() + FLOOR.ln()).clamp(0.0, 60.0);
-    ((faint / 3.0).exp() / (near * near + slope * slope).sqrt()).min(0.3)
+    (fainter(m * i.ln()) / (near * near + slope * slope).sqrt()).min(0.3)
 }
 
 /// 4π (2 (1 − 2^−(m+2))/(m + 2) − (1 − 2^−(m+1))/(m + 1)).

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::{FLOOR, Peak, Zonal};
+use super::{Peak, Zonal, fainter};
 
 /// See the module.
 pub static CHARLIE: Zonal = Zonal {
@@ -21,6 +21,7 @@ pub static CHARLIE: Zonal = Zonal {
     least_room,
     scale: |alpha| 1.0 / (0.5 / alpha + 1.0),
     peak: Peak::Horizon,
+    sharp_horizon: true,
     least_alpha: Some(1.0 / 300.0),
 };
 
@@ -39,21 +40,23 @@ pub fn over_node(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2] {
     [g * (mu + v * first * ((p - 1.0) / h * mu - 4.0 * f)), g * (f - 0.5 * first * mu)]
 }
 
-/// The room of a node ([`super`]), at the place of the node that is nearest to the ring.
+/// The room of a node ([`super`]), at the place of the node that is nearest to the ring: three times the ring's width, and
+/// only one, at most [`HORIZON`], where an axis's horizon may run through the node, as K has a kink there.
 pub fn room(away2: f64, reach: f64, extent: f64, alpha: f64) -> f64 {
     let p = 0.5 / alpha;
+    let ring = 1.0 / (p + 1.0);
     let (mu, margin) = (1.0 - 0.5 * away2, reach + extent);
-    let mu = (1.0 / (p + 1.0)).clamp(mu - margin, mu + margin).clamp(1.0 / (p + 1.0), 1.0);
-    let x = (1.0 - mu).max(1e-4);
-    let faint = (-p * x.ln() - 1.0 + FLOOR.ln()).clamp(0.0, 60.0);
-    (RING * x / (p + 1.0) * (faint / 3.0).exp()).clamp(least_room(alpha), 0.3)
+    // From the ring up; under it K only falls to 0.
+    let x = 1.0 - (mu - margin).clamp(ring, 1.0 - 1e-4);
+    let room = (3.0 * x * ring * fainter(-p * x.ln() - 1.0)).min(0.3);
+    if mu.abs() <= margin + extent { room.min(ring.min(HORIZON)) } else { room }
 }
 
-/// Room at the ring in units of its width.
-const RING: f64 = 1.5;
+/// Room at the horizon of wide lobes.
+const HORIZON: f64 = 0.12;
 
 fn least_room(alpha: f64) -> f64 {
-    (0.5 * RING / (0.5 / alpha + 1.0)).min(0.1)
+    (1.0 / (0.5 / alpha + 1.0)).min(HORIZON)
 }
 
 /// 2π/((p + 1)(p + 2)).

@@ -21,6 +21,7 @@ pub static GGX: Zonal = Zonal {
     least_room: |alpha| room(0.0, 0.0, 0.0, alpha),
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
+    sharp_horizon: false,
     least_alpha: Some(1.0 / 300.0),
 };
 

@@ -20,11 +20,12 @@ pub static LAMBERT: Zonal = Zonal {
     least_room: |_| AT_HORIZON,
     scale: |_| 1.0,
     peak: Peak::Axis,
+    sharp_horizon: true,
     least_alpha: None,
 };
 
 /// Room where the horizon runs through a node.
-const AT_HORIZON: f64 = 0.3;
+const AT_HORIZON: f64 = 0.17;
 
 /// Mean over a node and slope: g′ = g″ = 0 in the formulas of [`super`]; neither h, v nor alpha matters.
 /// Domain: mu ≥ 0, f ∈ [0, 1].

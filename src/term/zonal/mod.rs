@@ -20,8 +20,8 @@
 //! f multiplies g′, so that nodes under the horizon add nothing.
 //!
 //! **Room.** Beyond the second order, a node of half diagonal s is wrong by about (λ s)³ of what it adds, λ = |d ln K/dω|:
-//! its room is about 2/λ, and never much more than the lobe's width at the peak. Where K is below [`FLOOR`] of its peak,
-//! no light is bright enough for the whole error to be seen, and the room grows as K^(−1/3).
+//! its room is about 2/λ, and never much more than the lobe's width at the peak. Where K is low, a light must be bright
+//! to be seen beside what is at the peak, so the room of lobes that fall exponentially also grows: [`fainter`].
 
 pub mod beckmann;
 pub mod blinn_phong;
@@ -57,6 +57,9 @@ pub struct Zonal {
     pub scale: fn(alpha: f64) -> f64,
     /// Where K is greatest.
     pub peak: Peak,
+    /// K falls so steeply to the horizon that a node there must know its own reach in the axis's direction; a mean over
+    /// directions serves the others. The GLSL file's `SHARP_HORIZON`.
+    pub sharp_horizon: bool,
     /// Least alpha that is filtered within the stated error; `None` where K does not depend on alpha.
     pub least_alpha: Option<f64>,
 }
@@ -77,8 +80,11 @@ pub enum Peak {
     Horizon,
 }
 
-/// K over its peak, below which lights are not seen in full.
-pub const FLOOR: f64 = 1e-5;
+/// How much more room there is where K is exp(−`fall`) of its peak: K^(−1/10), and below 1e-4 of the peak, where hardly
+/// any light is seen, another K^(−1/3).
+fn fainter(fall: f64) -> f64 {
+    (0.1 * fall.clamp(0.0, 200.0) + (fall - 9.21).clamp(0.0, 60.0) / 3.0).exp()
+}
 
 /// Every kernel, in the order of their documentation.
 pub static ZONALS: &[&Zonal] =
