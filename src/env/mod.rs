@@ -15,6 +15,8 @@
 pub mod area;
 pub mod import;
 pub mod orientation;
+pub mod projection;
+pub mod resample;
 pub mod tree;
 
 /// An equirectangular picture of linear radiance, twice as wide as high.
