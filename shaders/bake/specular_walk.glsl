@@ -7,7 +7,6 @@
 // CUT is 1 where leaves may have to be cut into parts of their texels, else 0.
 
 #include <zonal>
-#include "term/cube.glsl"
 
 layout(local_size_x = 32) in;
 
@@ -17,12 +16,14 @@ layout(std430, set = 0, binding = 0) readonly buffer Nodes { uvec4 nodes[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Texels { float texels[]; };
 // Cosine and sine of theta at the middle of every row, then of phi at the middle of every column.
 layout(std430, set = 0, binding = 2) readonly buffer Lines { vec2 lines[]; };
-layout(std430, set = 0, binding = 3) writeonly buffer Result { float result[]; };
-layout(std430, set = 0, binding = 4) buffer Status { uint overrun; };
+// Where every texel of every mip looks, in the order of the result.
+layout(std430, set = 0, binding = 3) readonly buffer Axes { float axes[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer Result { float result[]; };
+layout(std430, set = 0, binding = 5) buffer Status { uint overrun; };
 
 layout(push_constant) uniform Job {
-    uint size;          // texels along a side of a face
-    uint side;          // blocks along a side of a face
+    uint width;         // texels along the sides of a face
+    uint height;
     uint first;         // this slice's blocks
     uint end;
     uint offset;        // of this mip in the result, in texels
@@ -49,25 +50,28 @@ const uint FINE = 4u;
 #define EACH_TEXEL(DO) \
     DO(0u) DO(1u) DO(2u) DO(3u) DO(4u) DO(5u) DO(6u) DO(7u) DO(8u) DO(9u) DO(10u) DO(11u) DO(12u) DO(13u) DO(14u) DO(15u)
 
-// Blocks are taken in groups of 4 x 2, so that neighbouring invocations walk the same nodes.
+// Column and row of a block, and its face. Blocks are taken in groups of 4 x 2, so that neighbouring invocations walk the
+// same nodes.
 uvec3 place(uint block) {
-    uint area = job.side * job.side;
-    uint face = block / area;
-    uint at = block - face * area;
-    if (job.side % 4u != 0u) return uvec3(at % job.side, at / job.side, face);
-    uint across = job.side / 4u;
+    uvec2 sides = (uvec2(job.width, job.height) + 3u) / 4u;
+    uint face = block / (sides.x * sides.y);
+    uint at = block - face * sides.x * sides.y;
+    if (sides.x % 4u != 0u || sides.y % 2u != 0u) return uvec3(at % sides.x, at / sides.x, face);
+    uint across = sides.x / 4u;
     uint group = at / 8u;
     uint within = at % 8u;
     return uvec3((group % across) * 4u + within % 4u, (group / across) * 2u + within / 4u, face);
 }
 
-uvec2 texel_of(uvec3 block, uint i) {
-    return min(block.xy * 4u + uvec2(i % 4u, i / 4u), uvec2(job.size - 1u));
+// Where texel i of a block is among all; beyond the face's end its last texels stand in.
+uint index_of(uvec3 block, uint i) {
+    uvec2 texel = min(block.xy * 4u + uvec2(i % 4u, i / 4u), uvec2(job.width, job.height) - 1u);
+    return 3u * (job.offset + (block.z * job.height + texel.y) * job.width + texel.x);
 }
 
 vec3 axis(uvec3 block, uint i) {
-    vec2 st = (2.0 * vec2(texel_of(block, i)) + 1.0) / float(job.size) - 1.0;
-    return normalize(direction(block.z, st.x, st.y));
+    uint at = index_of(block, i);
+    return vec3(axes[at], axes[at + 1u], axes[at + 2u]);
 }
 
 // Sine and cosine of (a + d) from (cos a, sin a), for small d: (cos, sin).
@@ -231,10 +235,8 @@ void main() {
     }
     if (step >= limit) atomicMax(overrun, 1u);
 
-    uvec2 texel;
     uint at;
-#define STORE(I) texel = texel_of(block, I); \
-    at = 3u * (job.offset + (block.z * job.size + texel.y) * job.size + texel.x); \
+#define STORE(I) at = index_of(block, I); \
     result[at] = sum[I].x * job.inverse_norm + job.base_red; \
     result[at + 1u] = sum[I].y * job.inverse_norm + job.base_green; \
     result[at + 2u] = sum[I].z * job.inverse_norm + job.base_blue;

@@ -5,11 +5,13 @@ use std::time::Instant;
 
 use brdf_baker::bake::Backend;
 use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
-use brdf_baker::env::import;
-use brdf_baker::format::{self, Encoding, Output};
+use brdf_baker::env::projection::Projection;
+use brdf_baker::env::sh::{self, Window};
+use brdf_baker::env::{Equirect, import};
+use brdf_baker::format::{self, Encoding, Format, Output};
 use brdf_baker::progress::Progress;
 use brdf_baker::term::zonal::ZONALS;
-use brdf_baker::texture::{Shape, Texture};
+use brdf_baker::texture::Texture;
 use brdf_baker::verify::cube::{self, CubeReport};
 use brdf_baker::verify::environment::{self, MipError};
 use brdf_baker::verify::table::Extent;
@@ -23,24 +25,155 @@ use super::console::Console;
 pub struct EnvArgs {
     /// Equirectangular environment, .hdr or .exr, twice as wide as high
     input: PathBuf,
-    /// File to write: .ktx2 or .exr
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Filter kernel
+    /// File to write: .ktx2 or .exr; .hdr for a map of one level
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["irradiance", "sh"])]
+    output: Option<PathBuf>,
+    /// Filter kernel; `brdf-baker list kernels` says more
     #[arg(long, default_value = "ggx", value_name = "NAME")]
     kernel: String,
-    /// Texels along an edge of mip 0
-    #[arg(long, default_value_t = 256, value_name = "N")]
-    size: u32,
-    /// Number of mips, mip 0 included [default: down to 1x1]
+    /// Layout: six faces, a picture twice as wide as high, or an octahedral square with +Y in the middle
+    #[arg(long, default_value = "cube", value_name = "cube|equirect|octahedral")]
+    shape: String,
+    /// Texels along an edge of mip 0; the height of an equirect [default: 256, 64 for lambert]
+    #[arg(long, value_name = "N")]
+    size: Option<u32>,
+    /// Number of mips, mip 0 included [default: down to one texel]
     #[arg(long, value_name = "N")]
     mips: Option<u32>,
     /// Roughness of mip m of M + 1: linear, m/M, or quadratic, 1 - sqrt(1 - m/M)
     #[arg(long, default_value = "linear", value_name = "linear|quadratic")]
     roughness_law: String,
-    /// How texels are stored
-    #[arg(long, default_value = "rgba16f", value_name = "NAME")]
-    encoding: String,
+    /// Error against time: of every mip 1e-2, 1e-3 or 2.5e-4 rms
+    #[arg(long, default_value = "standard", value_name = "draft|standard|reference")]
+    quality: String,
+    /// How texels are stored [default: half floats where the format has them]
+    #[arg(long, value_name = "NAME")]
+    encoding: Option<String>,
+    /// Also write the irradiance over pi, one level of the same shape
+    #[arg(long, value_name = "FILE")]
+    irradiance: Option<PathBuf>,
+    /// Texels along an edge of --irradiance
+    #[arg(long, default_value_t = 64, value_name = "N", requires = "irradiance")]
+    irradiance_size: u32,
+    /// Also write spherical harmonics of radiance and irradiance, as JSON
+    #[arg(long, value_name = "FILE")]
+    sh: Option<PathBuf>,
+    /// Highest band of --sh: 2 (9 coefficients), 3 (16) or 4 (25)
+    #[arg(long, default_value_t = 2, value_name = "L", requires = "sh")]
+    sh_order: u32,
+    /// What the bands of --sh are multiplied with, against ringing
+    #[arg(long, default_value = "none", value_name = "none|hanning|lanczos", requires = "sh")]
+    sh_window: String,
+}
+
+/// A map to write, checked before any work.
+struct Wanted {
+    path: PathBuf,
+    job: SpecularJob,
+    format: &'static dyn Format,
+    encoding: Encoding,
+    output: Output,
+}
+
+impl Wanted {
+    fn new(path: PathBuf, request: &SpecularRequest, encoding: Option<&str>) -> Result<Wanted> {
+        let job = request.resolve()?;
+        let format = format::for_path(&path)?;
+        let encoding = format::choose(format, job.shape(), 3, encoding.map(Encoding::parse).transpose()?)?;
+        if job.mips > 1 && !format.holds_mips() {
+            let what = format!("{} holds one level, not the {} of '{}'", format.name(), job.mips, path.display());
+            return Err(Error::usage(what, "use --mips 1, or write a .ktx2 or .exr file"));
+        }
+        let output = Output::prepare(&path)?;
+        Ok(Wanted { path, job, format, encoding, output })
+    }
+
+    /// Bakes, and refuses to go on with a result that its own check finds wrong.
+    fn bake(&self, source: &Equirect, input: &str, backend: &Backend, console: &mut Console) -> Result<Baked> {
+        let mut texture = self.job.run(source, backend, &mut |p| console.progress(p))?;
+        let spot = environment::Extent::SPOT;
+        let errors = environment::check(&self.job, source, &texture, spot, &mut |p| console.progress(p))?;
+        let (rms, worst, texels) = summary(&errors);
+        let bound = self.job.quality.worst_bound;
+        // Written so that NaN is refused.
+        if !(worst <= bound && errors.len() == self.job.filtered().len()) {
+            let what = format!(
+                "'{}' was not written: a texel is off by {worst:.1e} of its value, more than {bound:.1e}",
+                self.path.display(),
+            );
+            return Err(Error::Verify { what });
+        }
+        texture.meta.set("input", input);
+        texture.meta.set("error.relative.rms", format!("{rms:.1e}"));
+        texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
+        texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
+        texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
+        Ok(Baked { texture, rms, worst, texels })
+    }
+
+    /// Writes what was baked, and says so.
+    fn write(
+        self,
+        baked: &Baked,
+        input: &Path,
+        start: Instant,
+        backend: &Backend,
+        console: &mut Console,
+    ) -> Result<()> {
+        let Wanted { path, job, format, encoding, output } = self;
+        let Baked { texture, rms, worst, texels } = baked;
+        let written = output.commit(format, texture, encoding)?;
+        if written.rounding.clamped > 0 {
+            console.warn(&format!(
+                "{} values of '{}' exceed what {} holds and were clamped; --encoding rgba32f keeps them",
+                written.rounding.clamped,
+                path.display(),
+                encoding.name
+            ));
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        let faces = if job.projection == Projection::Cube { "6x" } else { "" };
+        let levels = if job.mips == 1 { "1 level".into() } else { format!("{} mips", job.mips) };
+        console.result(
+            &format!(
+                "{}  {faces}{}x{}, {levels} {}  max error {worst:.1e} relative, rms {rms:.1e} (+ {:.1e} rounding)  \
+                 {seconds:.2} s  {}",
+                path.display(),
+                texture.width,
+                texture.height,
+                encoding.name,
+                written.rounding.max_rel,
+                backend.name()
+            ),
+            &json!({
+                "path": path,
+                "source": input,
+                "kernel": job.kernel.name,
+                "shape": job.projection.name(),
+                "size": job.size,
+                "mips": job.mips,
+                "quality": job.quality.name,
+                "encoding": encoding.name,
+                "bytes": written.bytes,
+                "max_error": worst,
+                "rms_error": rms,
+                "rounding": written.rounding.max_rel,
+                "clamped": written.rounding.clamped,
+                "checked_texels": texels,
+                "seconds": seconds,
+                "peak_memory_bytes": peak_memory_bytes(),
+                "device": backend.name(),
+            }),
+        )
+    }
+}
+
+/// A baked map and what its own check found.
+struct Baked {
+    texture: Texture,
+    rms: f64,
+    worst: f64,
+    texels: u32,
 }
 
 impl EnvArgs {
@@ -48,16 +181,28 @@ impl EnvArgs {
         let start = Instant::now();
 
         // Everything that can be refused is refused before any work.
+        let encoding = self.encoding.as_deref();
         let request = SpecularRequest {
             kernel: self.kernel,
+            shape: self.shape,
             size: self.size,
             mips: self.mips,
             roughness_law: self.roughness_law,
+            quality: self.quality,
         };
-        let job = request.resolve()?;
-        let format = format::for_path(&self.output)?;
-        let encoding = format::choose(format, Shape::Cube, 3, Some(Encoding::parse(&self.encoding)?))?;
-        let output = Output::prepare(&self.output)?;
+        let mut wanted = vec![];
+        if let Some(path) = self.output {
+            wanted.push(Wanted::new(path, &request, encoding)?);
+        }
+        if let Some(path) = self.irradiance {
+            let size = Some(self.irradiance_size);
+            let request = SpecularRequest { kernel: "lambert".into(), size, mips: None, ..request };
+            wanted.push(Wanted::new(path, &request, encoding)?);
+        }
+        sh::check_order(self.sh_order)?;
+        let window = Window::parse(&self.sh_window)?;
+        let harmonics = self.sh.map(|path| Ok((Output::prepare(&path)?, path))).transpose()?;
+
         let source = import::equirect(&self.input)?;
         if let Some(clamped) = source.clamped {
             console.warn(&format!(
@@ -67,68 +212,47 @@ impl EnvArgs {
                 clamped.lowest
             ));
         }
-        let backend = Backend::open(&global.device, global.validate)?;
-
-        let mut texture = job.run(&source, &backend, &mut |p| console.progress(p))?;
-        let spot = environment::Extent::SPOT;
-        let errors = environment::check(&job, &source, &texture, spot, &mut |p| console.progress(p))?;
-        let (rms, worst, texels) = summary(&errors);
-        // Written so that NaN is refused.
-        if !(worst <= environment::WORST && errors.len() + 1 == texture.levels.len()) {
-            let what = format!(
-                "'{}' was not written: a texel is off by {worst:.1e} of its value, more than {:.0e}",
-                self.output.display(),
-                environment::WORST
-            );
-            return Err(Error::Verify { what });
-        }
-        backend.check_messages()?;
         let name = self.input.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        texture.meta.set("input", name);
-        texture.meta.set("error.relative.rms", format!("{rms:.1e}"));
-        texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
-        texture.meta.set("error.bound", format!("{:.0e} worst", environment::WORST));
-        texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
-        let written = output.commit(format, &texture, encoding)?;
-        if written.rounding.clamped > 0 {
-            console.warn(&format!(
-                "{} values exceed what {} holds and were clamped; --encoding rgba32f keeps them",
-                written.rounding.clamped, encoding.name
-            ));
-        }
 
-        let seconds = start.elapsed().as_secs_f64();
-        let path = self.output.display();
-        console.result(
-            &format!(
-                "{path}  6x{0}x{0}, {1} mips {2}  max error {3:.1e} relative, rms {4:.1e} (+ {5:.1e} rounding)  \
-                 {seconds:.2} s  {6}",
-                texture.width,
-                texture.levels.len(),
-                encoding.name,
-                worst,
-                rms,
-                written.rounding.max_rel,
-                backend.name()
-            ),
-            &json!({
-                "path": self.output,
-                "source": self.input,
-                "kernel": job.kernel.name,
-                "size": texture.width,
-                "mips": texture.levels.len(),
-                "encoding": encoding.name,
-                "bytes": written.bytes,
-                "max_error": worst,
-                "rms_error": rms,
-                "rounding": written.rounding.max_rel,
-                "clamped": written.rounding.clamped,
-                "checked_texels": texels,
-                "seconds": seconds,
-                "device": backend.name(),
-            }),
-        )
+        // All results before the first file.
+        let coefficients = harmonics.as_ref().map(|_| sh::project(&source, self.sh_order));
+        if !wanted.is_empty() {
+            let backend = Backend::open(&global.device, global.validate)?;
+            let baked: Vec<Baked> =
+                wanted.iter().map(|w| w.bake(&source, &name, &backend, console)).collect::<Result<_>>()?;
+            backend.check_messages()?;
+            for (wanted, baked) in wanted.into_iter().zip(&baked) {
+                wanted.write(baked, &self.input, start, &backend, console)?;
+            }
+        }
+        if let (Some((output, path)), Some(coefficients)) = (harmonics, coefficients) {
+            let content = format::sh_json(&coefficients, self.sh_order, window, &name);
+            let bytes = output.commit_bytes(format!("{content:#}\n").as_bytes())?;
+            let seconds = start.elapsed().as_secs_f64();
+            let count = coefficients.len();
+            console.result(
+                &format!("{}  {count} coefficients, l <= {}  exact  {seconds:.2} s", path.display(), self.sh_order),
+                &json!({
+                    "path": path,
+                    "source": self.input,
+                    "order": self.sh_order,
+                    "window": window.name(),
+                    "coefficients": count,
+                    "bytes": bytes,
+                    "seconds": seconds,
+                    "peak_memory_bytes": peak_memory_bytes(),
+                }),
+            )?;
+        }
+        Ok(())
     }
+}
+
+/// The most memory that the process has held, where the system says so.
+fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 
 /// Largest rms and worst error of any mip, and the number of texels compared.
@@ -137,7 +261,7 @@ fn summary(errors: &[MipError]) -> (f64, f64, u32) {
     (max(|e| e.rms), max(|e| e.max), errors.iter().map(|e| e.texels).sum())
 }
 
-/// `brdf-baker verify` of a cube.
+/// `brdf-baker verify` of an environment.
 pub fn verify(
     file: &Path,
     source: Option<&Path>,

@@ -56,10 +56,13 @@ enum Command {
   brdf-baker bake split-sum -o dfg.ktx2
   brdf-baker bake albedo -o albedo.exr --size 64 --points edges --encoding r32f")]
     Bake(bake::BakeArgs),
-    /// Prefilter an environment into a specular cube with mips
+    /// Prefilter an environment: specular mips, irradiance, spherical harmonics
     #[command(after_help = "Examples:
   brdf-baker env studio.exr -o studio.ktx2
-  brdf-baker env sky.hdr -o sky.ktx2 --size 128 --roughness-law quadratic --mips 6")]
+  brdf-baker env sky.hdr -o sky.ktx2 --size 128 --roughness-law quadratic --mips 6
+  brdf-baker env sky.hdr -o sky.ktx2 --irradiance diffuse.ktx2 --sh sky.json
+  brdf-baker env sky.hdr -o sheen.ktx2 --kernel charlie --shape octahedral
+  brdf-baker env sky.hdr -o diffuse.hdr --kernel lambert --shape equirect")]
     Env(env::EnvArgs),
     /// Check a baked file against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:

@@ -17,6 +17,7 @@ pub mod import;
 pub mod orientation;
 pub mod projection;
 pub mod resample;
+pub mod sh;
 pub mod tree;
 
 /// An equirectangular picture of linear radiance, twice as wide as high.

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use rayon::prelude::*;
 
 use crate::bake::specular::SpecularJob;
-use crate::env::{Equirect, orientation};
+use crate::env::Equirect;
 use crate::error::Result;
 use crate::progress::{OnProgress, tick};
 use crate::term::zonal::{Peak, Zonal};
@@ -60,10 +60,10 @@ pub fn check(
     // A channel that is black in the source compares with this instead of 0.
     let floor = 1e-9 * source.mean().iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let mut found = vec![];
-    for mip in 1..job.mips {
-        tick(on, "checking against the truth", f64::from(mip - 1) / f64::from(job.mips - 1))?;
+    for mip in job.filtered() {
+        tick(on, "checking against the truth", f64::from(mip) / f64::from(job.mips))?;
         let alpha = job.alpha(mip);
-        let texels = chosen(job.level_size(mip), mip, brightest, extent);
+        let texels = chosen(job, mip, brightest, extent);
         let norm = (job.kernel.norm)(alpha);
         let axes: Vec<_> = texels.iter().map(|[face, x, y]| job.axis(mip, *face, *x, *y)).collect();
         let exact = truth.integrals(&axes, Scale::of(job.kernel, alpha), |h| (job.kernel.values)(h, alpha));
@@ -95,9 +95,10 @@ fn brightest(source: &Equirect) -> [f64; 3] {
 }
 
 /// Face, column and row of the texels to compare: all where there are few.
-fn chosen(size: u32, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32; 3]> {
-    let count = 6 * size * size;
-    let texel = |i: u32| [i / (size * size), i % size, i / size % size];
+fn chosen(job: &SpecularJob, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32; 3]> {
+    let (width, height) = job.level_size(mip);
+    let count = job.projection.faces() * width * height;
+    let texel = |i: u32| [i / (width * height), i % width, i / width % height];
     if count <= extent.random + extent.bright {
         return (0..count).map(texel).collect();
     }
@@ -110,13 +111,13 @@ fn chosen(size: u32, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32;
         ((u128::from(z ^ (z >> 31)) * u128::from(count)) >> 64) as u32
     };
     let mut texels: Vec<_> = (0..extent.random).map(|_| texel(random())).collect();
-    let (face, s, t) = orientation::locate(brightest);
-    let at = |x: f64| (((x + 1.0) / 2.0 * f64::from(size)) as i64).clamp(0, i64::from(size) - 1);
-    let (x0, y0) = (at(s), at(t));
+    let (face, s, t) = job.projection.locate(brightest);
+    let at = |x: f64, n: u32| (((x + 1.0) / 2.0 * f64::from(n)) as i64).clamp(0, i64::from(n) - 1);
+    let (x0, y0) = (at(s, width), at(t, height));
     let mut near: Vec<(i64, i64)> = (-4..=4).flat_map(|y| (-4..=4).map(move |x| (x, y))).collect();
     near.sort_by_key(|(x, y)| x * x + y * y);
-    let inside = |v: i64| (0..i64::from(size)).contains(&v);
-    let near = near.iter().map(|(x, y)| (x0 + x, y0 + y)).filter(|(x, y)| inside(*x) && inside(*y));
+    let inside = |v: i64, n: u32| (0..i64::from(n)).contains(&v);
+    let near = near.iter().map(|(x, y)| (x0 + x, y0 + y)).filter(|(x, y)| inside(*x, width) && inside(*y, height));
     texels.extend(near.take(extent.bright as usize).map(|(x, y)| [face, x as u32, y as u32]));
     texels
 }
