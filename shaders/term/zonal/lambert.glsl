@@ -9,5 +9,5 @@ vec2 over_node(float h, float mu, float f, float v, float alpha) {
 
 // The room of a node: the whole sphere, unless the horizon of an axis may run through it.
 float room(float away2, float reach, float extent, float alpha) {
-    return abs(1.0 - 0.5 * away2) > reach + 2.0 * extent ? 1e3 : 0.17;
+    return abs(1.0 - 0.5 * away2) > reach + 2.0 * extent ? 1e3 : 0.22;
 }

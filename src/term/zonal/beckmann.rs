@@ -18,11 +18,11 @@ pub static BECKMANN: Zonal = Zonal {
     over_node,
     norm,
     room,
-    least_room: |alpha| LEAST_ROOM * alpha,
+    least_room: |alpha| (LEAST_ROOM * alpha).min(0.3),
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
     sharp_horizon: false,
-    least_alpha: Some(1.0 / 300.0),
+    least_alpha: Some(0.001),
 };
 
 /// The least room in units of alpha: where the slope has grown and K is not yet faint.

@@ -22,7 +22,7 @@ pub static CHARLIE: Zonal = Zonal {
     scale: |alpha| 1.0 / (0.5 / alpha + 1.0),
     peak: Peak::Horizon,
     sharp_horizon: true,
-    least_alpha: Some(1.0 / 300.0),
+    least_alpha: Some(0.003),
 };
 
 #[inline]
@@ -40,15 +40,17 @@ pub fn over_node(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2] {
     [g * (mu + v * first * ((p - 1.0) / h * mu - 4.0 * f)), g * (f - 0.5 * first * mu)]
 }
 
-/// The room of a node ([`super`]), at the place of the node that is nearest to the ring: three times the ring's width, and
-/// only one, at most [`HORIZON`], where an axis's horizon may run through the node, as K has a kink there.
+/// The room of a node ([`super`]), at the place of the node that is nearest to the ring: three times the ring's width at
+/// the horizon, less towards the axis, where (1 − μ)^p changes over (1 − μ)/(p sin θ); and only the ring's width, at most
+/// [`HORIZON`], where an axis's horizon may run through the node, as K has a kink there.
 pub fn room(away2: f64, reach: f64, extent: f64, alpha: f64) -> f64 {
     let p = 0.5 / alpha;
     let ring = 1.0 / (p + 1.0);
     let (mu, margin) = (1.0 - 0.5 * away2, reach + extent);
     // From the ring up; under it K only falls to 0.
     let x = 1.0 - (mu - margin).clamp(ring, 1.0 - 1e-4);
-    let room = (3.0 * x * ring * fainter(-p * x.ln() - 1.0)).min(0.3);
+    let sine_over = (x / (2.0 - x)).sqrt().max(0.1);
+    let room = (3.0 * ring * sine_over * fainter(-p * x.ln() - 1.0)).min(0.3);
     if mu.abs() <= margin + extent { room.min(ring.min(HORIZON)) } else { room }
 }
 

@@ -22,7 +22,7 @@ pub static GGX: Zonal = Zonal {
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
     sharp_horizon: false,
-    least_alpha: Some(1.0 / 300.0),
+    least_alpha: Some(0.001),
 };
 
 #[inline]

@@ -25,7 +25,7 @@ pub static LAMBERT: Zonal = Zonal {
 };
 
 /// Room where the horizon runs through a node.
-const AT_HORIZON: f64 = 0.17;
+const AT_HORIZON: f64 = 0.22;
 
 /// Mean over a node and slope: g′ = g″ = 0 in the formulas of [`super`]; neither h, v nor alpha matters.
 /// Domain: mu ≥ 0, f ∈ [0, 1].
