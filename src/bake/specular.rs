@@ -355,7 +355,7 @@ impl SpecularJob {
 
     /// The filtered mips, RGB.
     pub fn filter(&self, prepared: &Prepared<'_>, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Vec<Vec<f32>>> {
-        let levels = match backend {
+        let mut levels = match backend {
             Backend::Cpu => self.on_cpu(prepared, on)?,
             Backend::Gpu(gpu) => self.on_gpu(prepared, gpu, None, on)?,
         };
@@ -364,6 +364,13 @@ impl SpecularJob {
                 let detail = format!("value {bad} of mip {m} is {}", level[bad]);
                 return Err(Error::Gpu { op: format!("filter the environment with {}", self.kernel.name), detail });
             }
+        }
+        // A mean is within the range of what it is the mean of; the walk is only nearly so.
+        let most = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|c| f32::max(a[c], b[c]));
+        let texels = prepared.source.texels.par_chunks(1 << 14);
+        let brightest = texels.map(|t| t.iter().copied().fold([0.0; 3], most)).reduce(|| [0.0; 3], most);
+        for texel in levels.iter_mut().flat_map(|level| level.as_chunks_mut::<3>().0) {
+            (0..3).for_each(|c| texel[c] = texel[c].clamp(prepared.tree.base[c], brightest[c]));
         }
         Ok(levels)
     }

@@ -274,14 +274,11 @@ pub fn verify(
     let on = &mut |p: Progress<'_>| console.progress(p);
     let report = match source {
         Some(source) => cube::check_with_source(&job, texture, &import::equirect(source)?, encoding, extent, on)?,
-        None => {
-            let alpha: Vec<f64> = (0..job.mips).map(|m| job.alpha(m)).collect();
-            cube::check(texture, &alpha, encoding, extent, on)?
-        }
+        None => cube::check(&job, texture, encoding, extent, on)?,
     };
     let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
     console.result(
-        &text(&file.display().to_string(), encoding.name, against, &report),
+        &text(&file.display().to_string(), &job, encoding.name, against, &report),
         &json!({
             "path": file,
             "encoding": encoding.name,
@@ -296,21 +293,34 @@ pub fn verify(
     }
 }
 
-fn text(path: &str, encoding: &str, against: &str, report: &CubeReport) -> String {
+fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &CubeReport) -> String {
     let verdict = if report.failures.is_empty() { "right" } else { "WRONG" };
     let [r, g, b] = report.mean;
-    let mut text = format!("{path}  cube {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}");
+    let mut text = format!(
+        "{path}  {} {} {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}",
+        job.projection.name(),
+        job.kernel.name
+    );
     for mip in &report.skipped {
-        text.push_str(&format!(
-            "\n  mip {mip:<2}     not checked: narrower than mip 0's texels; give the environment with --source"
-        ));
+        text.push_str(&format!("\n  mip {mip:<2}     not compared: give the environment with --source"));
     }
     for m in &report.mips {
+        let bias = m.bias.map_or(String::new(), |bias| format!(", energy {bias:+.0e}"));
         text.push_str(&format!(
-            "\n  mip {:<2}     alpha {:.5}: rms {:.1e}, max {:.1e} of {} texels, against {against} \
+            "\n  mip {:<2}     alpha {:.5}: rms {:.1e}, max {:.1e}{bias} of {} texels, against {against} \
              (bound {:.1e} rms)",
             m.mip, m.alpha, m.rms, m.worst, m.texels, m.bound
         ));
+    }
+    let holds = |law: bool| if law { "holds" } else { "see below" };
+    let seams = report.levels.iter().filter(|l| l.seams.is_some()).count();
+    text.push_str(&format!(
+        "\n  laws       finite, not negative, no brighter than mip 0, less variance in wider lobes, no rings at the seams of \
+         {seams} mips: {}",
+        holds(report.failures.is_empty())
+    ));
+    for failure in &report.failures {
+        text.push_str(&format!("\n  wrong      {failure}"));
     }
     text
 }

@@ -15,9 +15,6 @@ use crate::progress::{OnProgress, tick};
 use crate::term::zonal::{Peak, Zonal};
 use crate::texture::Texture;
 
-/// What no checked texel may be off by, relative to its value.
-pub const WORST: f64 = 1e-2;
-
 /// How many texels of every mip are compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extent {
@@ -37,17 +34,19 @@ impl Extent {
 /// Errors of one mip relative to the truth, over the channels of the checked texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MipError {
-    /// Which mip, from 1.
+    /// Which mip.
     pub mip: u32,
     /// Root of the mean square.
     pub rms: f64,
     /// Largest.
     pub max: f64,
+    /// Of the sum over the checked texels: energy that was gained, negative where lost.
+    pub bias: f64,
     /// Texels compared.
     pub texels: u32,
 }
 
-/// Compares filtered mips with the truth. `cube` holds RGB (or RGBA) texels; mip 0 is not looked at.
+/// Compares filtered mips with the truth. `cube` holds RGB (or RGBA) texels; what is not filtered is not looked at.
 pub fn check(
     job: &SpecularJob,
     source: &Equirect,
@@ -68,17 +67,20 @@ pub fn check(
         let axes: Vec<_> = texels.iter().map(|[face, x, y]| job.axis(mip, *face, *x, *y)).collect();
         let exact = truth.integrals(&axes, Scale::of(job.kernel, alpha), |h| (job.kernel.values)(h, alpha));
         let (mut squares, mut max) = (0.0, 0.0f64);
+        let (mut gained, mut whole) = (0.0, 0.0);
         for ([face, x, y], exact) in texels.iter().zip(&exact) {
             for (k, exact) in exact.iter().enumerate() {
                 let got = f64::from(cube.texel(mip as usize, *face, *x, *y)[k]);
                 let error = (got - exact / norm).abs() / (exact / norm).max(floor);
                 squares += error * error;
+                gained += got - exact / norm;
+                whole += exact / norm;
                 // A NaN must not get lost in max().
                 max = if error > max || error.is_nan() { error } else { max };
             }
         }
         let rms = (squares / (3 * texels.len()) as f64).sqrt();
-        found.push(MipError { mip, rms, max, texels: texels.len() as u32 });
+        found.push(MipError { mip, rms, max, bias: gained / whole.max(floor), texels: texels.len() as u32 });
     }
     tick(on, "checking against the truth", 1.0)?;
     Ok(found)

@@ -2,5 +2,6 @@
 
 pub mod cube;
 pub mod environment;
+pub mod seams;
 pub mod table;
 pub mod truth;
