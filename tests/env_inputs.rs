@@ -7,6 +7,7 @@ use brdf_baker::bake::Backend;
 use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
 use brdf_baker::env::import::{self, Adjust, Color, Imported, Layout, Options};
 use brdf_baker::env::orientation::normalized;
+use brdf_baker::env::projection::Projection;
 use brdf_baker::env::{CubeMap, Environment, Equirect, Frame, Picture};
 use brdf_baker::format::{Encoding, Format, Ktx2};
 use brdf_baker::progress::ignore;
@@ -188,7 +189,7 @@ fn refused(path: impl AsRef<Path>, options: &Options, words: &[&str]) {
 }
 
 fn job(size: u32, law: &str) -> SpecularJob {
-    SpecularRequest { size, roughness_law: law.into(), ..SpecularRequest::default() }.resolve().unwrap()
+    SpecularRequest { size: Some(size), roughness_law: law.into(), ..SpecularRequest::default() }.resolve().unwrap()
 }
 
 // ---- Layouts ----
@@ -807,7 +808,7 @@ fn every_mip_of_a_cube_agrees_with_a_brute_force_sum() {
                 assert!(e.rms <= 1e-3 && e.max <= 1e-2, "{size} {law}: mip {}: {:e} {:e}", e.mip, e.rms, e.max);
             }
             // Mip 0 keeps the mean.
-            let (found, expected) = (brdf_baker::verify::cube::mean(&baked, 0), cube.mean());
+            let (found, expected) = (brdf_baker::verify::cube::mean(&baked, Projection::Cube, 0), cube.mean());
             assert!(found.iter().zip(expected).all(|(f, e)| (f / e - 1.0).abs() <= 1e-6), "{found:?} {expected:?}");
         }
     });
@@ -835,19 +836,22 @@ fn gpu_agrees_with_its_twin_on_cubes() {
 #[test]
 fn the_truths_of_panoramas_and_cubes_agree() {
     // One scene that both hold exactly enough: a smooth one.
-    use brdf_baker::verify::{cube_truth::CubeTruth, environment::Truth};
+    use brdf_baker::term::zonal::Peak;
+    use brdf_baker::verify::cube_truth::CubeTruth;
+    use brdf_baker::verify::environment::{Scale, Truth};
+    let scale = Scale { width_rad: 0.1, peak: Peak::Axis };
     let panorama = Equirect::from_fn(256, |u, v| hills(Equirect::direction(u, v)));
     let cube = CubeMap::from_fn(128, hills);
     let kernel = |h: &mut [f64]| h.iter_mut().for_each(|h| *h = if *h < 0.5 { (-*h / 0.01).exp() } else { 0.0 });
     for n in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], normalized([1.0, 1.0, 1.0]), normalized([-0.3, 0.1, -0.9])] {
-        let a = Truth::new(&panorama).integral(n, 0.1, kernel);
-        let b = CubeTruth::new(&cube).integral(n, 0.1, kernel);
+        let a = Truth::new(&panorama).integral(n, scale, kernel);
+        let b = CubeTruth::new(&cube).integral(n, scale, kernel);
         assert!(a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 2e-4), "{n:?}: {a:?} {b:?}");
     }
     // White integrates to the kernel's norm: 4π ∫ exp(−h/0.01) dh.
     let white = CubeMap::from_fn(64, |_| [1.0; 3]);
     let norm = 4.0 * std::f64::consts::PI * 0.01 * (1.0 - (-50f64).exp());
-    let found = CubeTruth::new(&white).integral(normalized([0.5, 0.2, 0.9]), 0.1, kernel);
+    let found = CubeTruth::new(&white).integral(normalized([0.5, 0.2, 0.9]), scale, kernel);
     assert!(found.iter().all(|v| (v / norm - 1.0).abs() < 1e-5), "{found:?} {norm}");
 }
 

@@ -8,7 +8,9 @@
 // cube may, else 0.
 
 #include <zonal>
+#if CUT == 2
 #include "term/cube.glsl"
+#endif
 
 layout(local_size_x = 32) in;
 
@@ -18,12 +20,14 @@ layout(std430, set = 0, binding = 0) readonly buffer Nodes { uvec4 nodes[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Texels { float texels[]; };
 // Cosine and sine of theta at the middle of every row, then of phi at the middle of every column.
 layout(std430, set = 0, binding = 2) readonly buffer Lines { vec2 lines[]; };
-layout(std430, set = 0, binding = 3) buffer Result { float result[]; };
-layout(std430, set = 0, binding = 4) buffer Status { uint overrun; };
+// Where every texel of every mip looks, in the order of the result.
+layout(std430, set = 0, binding = 3) readonly buffer Axes { float axes[]; };
+layout(std430, set = 0, binding = 4) buffer Result { float result[]; };
+layout(std430, set = 0, binding = 5) buffer Status { uint overrun; };
 
 layout(push_constant) uniform Job {
-    uint size;          // texels along a side of a face
-    uint side;          // blocks along a side of a face
+    uint width;         // texels along the sides of a face
+    uint height;
     uint first;         // this slice's blocks
     uint end;
     uint offset;        // of this mip in the result, in texels
@@ -33,13 +37,10 @@ layout(push_constant) uniform Job {
     float d_theta;      // sides of a source texel
     float d_phi;
     float alpha;
-    float near;         // below this distance nodes do not shrink further
-    float eps;          // node size / distance
-    float cap;          // largest distance that counts
+    float eps;          // node size / room
     float inverse_norm;
     float blue_red;     // D of blue is blue_red * D of red + blue_green * D of green
     float blue_green;
-    float frame[9];     // rows of the matrix from the output's directions to the source's
 } job;
 
 const uint TEXELS = 16u;
@@ -50,28 +51,28 @@ const uint FINE = 4u;
 #define EACH_TEXEL(DO) \
     DO(0u) DO(1u) DO(2u) DO(3u) DO(4u) DO(5u) DO(6u) DO(7u) DO(8u) DO(9u) DO(10u) DO(11u) DO(12u) DO(13u) DO(14u) DO(15u)
 
-// Blocks are taken in groups of 4 x 2, so that neighbouring invocations walk the same nodes.
+// Column and row of a block, and its face. Blocks are taken in groups of 4 x 2, so that neighbouring invocations walk the
+// same nodes.
 uvec3 place(uint block) {
-    uint area = job.side * job.side;
-    uint face = block / area;
-    uint at = block - face * area;
-    if (job.side % 4u != 0u) return uvec3(at % job.side, at / job.side, face);
-    uint across = job.side / 4u;
+    uvec2 sides = (uvec2(job.width, job.height) + 3u) / 4u;
+    uint face = block / (sides.x * sides.y);
+    uint at = block - face * sides.x * sides.y;
+    if (sides.x % 4u != 0u || sides.y % 2u != 0u) return uvec3(at % sides.x, at / sides.x, face);
+    uint across = sides.x / 4u;
     uint group = at / 8u;
     uint within = at % 8u;
     return uvec3((group % across) * 4u + within % 4u, (group / across) * 2u + within / 4u, face);
 }
 
-uvec2 texel_of(uvec3 block, uint i) {
-    return min(block.xy * 4u + uvec2(i % 4u, i / 4u), uvec2(job.size - 1u));
+// Where texel i of a block is among all; beyond the face's end its last texels stand in.
+uint index_of(uvec3 block, uint i) {
+    uvec2 texel = min(block.xy * 4u + uvec2(i % 4u, i / 4u), uvec2(job.width, job.height) - 1u);
+    return 3u * (job.offset + (block.z * job.height + texel.y) * job.width + texel.x);
 }
 
 vec3 axis(uvec3 block, uint i) {
-    vec2 st = (2.0 * vec2(texel_of(block, i)) + 1.0) / float(job.size) - 1.0;
-    vec3 d = normalize(direction(block.z, st.x, st.y));
-    return vec3(dot(vec3(job.frame[0], job.frame[1], job.frame[2]), d),
-                dot(vec3(job.frame[3], job.frame[4], job.frame[5]), d),
-                dot(vec3(job.frame[6], job.frame[7], job.frame[8]), d));
+    uint at = index_of(block, i);
+    return vec3(axes[at], axes[at + 1u], axes[at + 2u]);
 }
 
 // Sine and cosine of (a + d) from (cos a, sin a), for small d: (cos, sin).
@@ -100,7 +101,7 @@ void main() {
 
     // Software Vulkan reads a push constant as slowly as memory, and in a loop each time anew.
     uint node_count = job.node_count, limit = job.limit;
-    float alpha = job.alpha, near = job.near, eps = job.eps, cap = job.cap;
+    float alpha = job.alpha, eps = job.eps;
     float blue_red = job.blue_red, blue_green = job.blue_green;
 #if CUT
     uint all_rows = job.rows;
@@ -133,8 +134,7 @@ void main() {
             c = uintBitsToFloat(w.xyz);
             vec3 away = middle - c;
             float away2 = dot(away, away);
-            float room = max(near, sqrt(away2) - reach - key);
-            threshold = eps * min(room * fma(10.5, alpha, room) / fma(1.75, room, 10.0 * alpha), cap);
+            threshold = eps * room(away2, reach, key, alpha);
             bool pass = w.w < 0x400000u || fma(-0.5, away2, 1.0 + reach + 2.0 * key) < 0.0;
             bool enter = !pass && key > threshold && skip > 1u;
             at = pass || enter ? at : i;
@@ -240,6 +240,12 @@ void main() {
         float spread = q_same.x + q_same.y + q_same.z;
         float w = sqrt(1.5 * spread) + 1e-7;
         float slope = 0.5 / w;
+#if SHARP_HORIZON
+        // Half the node's reach along the texel's axis, instead of the mean over all directions.
+#define HORIZON w = sqrt(max(24.0 * (v - v0), 0.0)) + 1e-7; slope = 0.5 / w;
+#else
+#define HORIZON
+#endif
         float v0 = spread * spread / 16.0;
         float h0 = 0.25 * spread;
         q_same *= 0.125;
@@ -252,6 +258,7 @@ void main() {
         float v = fma(q_same.x, dd.x, fma(q_same.y, dd.y, fma(q_same.z, dd.z, \
                   fma(q_mixed.x, dm.x, fma(q_mixed.y, dm.y, fma(q_mixed.z, dm.z, v0)))))); \
         float mu0 = fma(-2.0, h, 1.0); \
+        HORIZON \
         float f = clamp(fma(mu0, slope, 0.5), 0.0, 1.0); \
         float mu = max(mu0, w * f * f); \
         vec2 k = over_node(h, mu, f, v, alpha); \
@@ -267,12 +274,11 @@ void main() {
 
     // Added to what other pieces of the tree gave, and to the source's base. All are read before any is written: a texel
     // that stands in for others is written several times.
-    uvec2 texel;
     uint at;
-#define PLACE(I) texel = texel_of(block, I); \
-    at = 3u * (job.offset + (block.z * job.size + texel.y) * job.size + texel.x);
-#define GATHER(I) PLACE(I) sum[I] = job.inverse_norm * sum[I] + vec3(result[at], result[at + 1u], result[at + 2u]);
+#define GATHER(I) at = index_of(block, I); \
+    sum[I] = job.inverse_norm * sum[I] + vec3(result[at], result[at + 1u], result[at + 2u]);
     EACH_TEXEL(GATHER)
-#define STORE(I) PLACE(I) result[at] = sum[I].x; result[at + 1u] = sum[I].y; result[at + 2u] = sum[I].z;
+#define STORE(I) at = index_of(block, I); \
+    result[at] = sum[I].x; result[at + 1u] = sum[I].y; result[at + 2u] = sum[I].z;
     EACH_TEXEL(STORE)
 }

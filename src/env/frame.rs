@@ -37,11 +37,6 @@ impl Frame {
         std::array::from_fn(|j| (0..3).map(|i| self.rows[i][j] * d[i]).sum())
     }
 
-    /// The rows of the matrix, one after the other.
-    pub fn matrix(&self) -> [f64; 9] {
-        std::array::from_fn(|i| self.rows[i / 3][i % 3])
-    }
-
     /// Does it mirror?
     pub fn mirrors(&self) -> bool {
         let [a, b, c] = self.rows;

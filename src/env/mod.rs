@@ -19,6 +19,9 @@ mod cube_map;
 mod frame;
 pub mod import;
 pub mod orientation;
+pub mod projection;
+pub mod resample;
+pub mod sh;
 pub mod tree;
 
 pub use cube_map::CubeMap;

@@ -6,8 +6,10 @@
 
 use rayon::prelude::*;
 
+use super::environment::Scale;
 use crate::env::{CubeMap, orientation};
 use crate::term::cube::direction;
+use crate::term::zonal::Peak;
 
 /// Half the distance between Gauss points, in units of the interval.
 const GAUSS: f64 = 0.288_675_134_594_812_9;
@@ -15,6 +17,8 @@ const GAUSS: f64 = 0.288_675_134_594_812_9;
 const FAR: f64 = 90.0;
 /// Parts are at most 1/NEAR of their distance.
 const NEAR: f64 = 8.0;
+/// A ring at the horizon is cut this many times its width above it.
+const RING: f64 = 14.0;
 
 /// A source, with what every direction needs.
 pub struct CubeTruth<'a> {
@@ -38,8 +42,8 @@ impl<'a> CubeTruth<'a> {
     }
 
     /// ∫ kernel(h) L dω around `n`, a unit vector, with h = (1 − n·ω)/2; directions with n·ω ≤ 0 count nothing.
-    /// `kernel` replaces every h by the kernel's value; `width_rad` is the scale on which that varies at its peak.
-    pub fn integral(&self, n: [f64; 3], width_rad: f64, kernel: impl Fn(&mut [f64])) -> [f64; 3] {
+    /// `kernel` replaces every h by the kernel's value.
+    pub fn integral(&self, n: [f64; 3], scale: Scale, kernel: impl Fn(&mut [f64])) -> [f64; 3] {
         let size = self.source.size as usize;
         let side_rad = 2.0 / size as f64;
         let mut sum = [0.0; 3];
@@ -55,11 +59,12 @@ impl<'a> CubeTruth<'a> {
                     continue;
                 }
                 let distance = (2.0 - 2.0 * mu).max(0.0).sqrt();
-                if mu > side_rad && distance > FAR * side_rad {
+                // Beside a ring at the horizon, the kernel is steep everywhere.
+                if scale.peak == Peak::Axis && mu > side_rad && distance > FAR * side_rad {
                     far.push((index, self.solid_angles_sr[index % (size * size)]));
                     h.push(0.5 - 0.5 * mu);
                 } else {
-                    let part = self.by_parts(n, index, distance, width_rad, &kernel);
+                    let part = self.by_parts(n, index, distance, scale, &kernel);
                     (0..3).for_each(|c| sum[c] += part * f64::from(self.source.texels[index][c]));
                 }
             }
@@ -72,11 +77,16 @@ impl<'a> CubeTruth<'a> {
     }
 
     /// The integral of the kernel over a texel.
-    fn by_parts(&self, n: [f64; 3], index: usize, distance: f64, width_rad: f64, kernel: &impl Fn(&mut [f64])) -> f64 {
+    fn by_parts(&self, n: [f64; 3], index: usize, distance: f64, scale: Scale, kernel: &impl Fn(&mut [f64])) -> f64 {
         let size = self.source.size;
         let (face, x, y) = (index as u32 / (size * size), index as u32 % size, index as u32 / size % size);
         let side = 2.0 / f64::from(size);
-        let part_rad = ((distance - 1.5 * side) / NEAR).max(0.25 * width_rad);
+        let mu = 1.0 - 0.5 * distance * distance;
+        let part_rad = match scale.peak {
+            Peak::Axis => ((distance - 1.5 * side) / NEAR).max(0.25 * scale.width_rad),
+            Peak::Horizon if mu > (1.1 * side).max((RING * scale.width_rad).min(0.7)) => side,
+            Peak::Horizon => 0.25 * scale.width_rad,
+        };
         // What the horizon crosses is cut in any case.
         let least = if distance > 1.2 { 4 } else { 1 };
         let parts = ((side / part_rad).ceil() as u32).clamp(least, 256);
@@ -105,9 +115,9 @@ impl<'a> CubeTruth<'a> {
     pub fn integrals(
         &self,
         directions: &[[f64; 3]],
-        width_rad: f64,
+        scale: Scale,
         kernel: impl Fn(&mut [f64]) + Sync,
     ) -> Vec<[f64; 3]> {
-        directions.par_iter().map(|n| self.integral(*n, width_rad, &kernel)).collect()
+        directions.par_iter().map(|n| self.integral(*n, scale, &kernel)).collect()
     }
 }

@@ -3,5 +3,6 @@
 pub mod cube;
 pub mod cube_truth;
 pub mod environment;
+pub mod seams;
 pub mod table;
 pub mod truth;

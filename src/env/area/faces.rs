@@ -33,7 +33,7 @@ pub fn cube(source: &CubeMap, frame: &Frame, size: u32, on: &mut OnProgress<'_>)
             out.par_chunks_exact_mut(n * 3).enumerate().for_each(|(row, out)| {
                 let y = band * ROWS + row;
                 for (x, texel) in out.chunks_exact_mut(3).enumerate() {
-                    let mean = grid.mean([corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)]);
+                    let mean = grid.mean(&[corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)]);
                     texel.copy_from_slice(&mean.map(|v| v as f32));
                 }
             });
@@ -43,7 +43,7 @@ pub fn cube(source: &CubeMap, frame: &Frame, size: u32, on: &mut OnProgress<'_>)
 }
 
 /// The source and its lines.
-struct Grid<'a> {
+pub(super) struct Grid<'a> {
     source: &'a CubeMap,
     /// Centre, s axis and t axis of every face.
     axes: [[[f64; 3]; 3]; 6],
@@ -53,7 +53,7 @@ struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    fn new(source: &'a CubeMap) -> Self {
+    pub(super) fn new(source: &'a CubeMap) -> Self {
         Self {
             source,
             axes: std::array::from_fn(|face| axes(face as u32)),
@@ -62,19 +62,18 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// Mean radiance over a convex quadrangle of great circles smaller than a hemisphere.
-    fn mean(&self, corners: [[f64; 3]; 4]) -> Rgb {
+    /// Mean radiance over a convex polygon of great circles smaller than a hemisphere.
+    pub(super) fn mean(&self, corners: &[[f64; 3]]) -> Rgb {
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         for (face, axes) in self.axes.iter().enumerate() {
             // As (distance from the eye, s, t), cut to the pyramid of the face.
-            let mut polygon = Polygon::new(&corners.map(|p| axes.map(|axis| dot(p, axis))));
+            let mut polygon = Polygon::new(corners.iter().map(|p| axes.map(|axis| dot(*p, axis))));
             for (axis, sign) in [(1, 1.0), (1, -1.0), (2, 1.0), (2, -1.0)] {
                 polygon = polygon.cut(|p| p[0] - sign * p[axis]);
             }
             if polygon.points().len() >= 3 {
-                let flat =
-                    Polygon::new(&polygon.points().iter().map(|p| [1.0, p[1] / p[0], p[2] / p[0]]).collect::<Vec<_>>());
+                let flat = Polygon::new(polygon.points().iter().map(|p| [1.0, p[1] / p[0], p[2] / p[0]]));
                 self.add(face, &flat, &mut sum, &mut weight);
             }
         }
@@ -113,8 +112,8 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// Most corners: four, and one more for each of four planes, two rows and two columns.
-const CORNERS: usize = 12;
+/// Most corners: eight, and one more for each of four planes, two rows and two columns.
+const CORNERS: usize = 16;
 
 /// A convex polygon of points (distance, s, t).
 #[derive(Clone, Copy)]
@@ -124,10 +123,20 @@ struct Polygon {
 }
 
 impl Polygon {
-    fn new(points: &[[f64; 3]]) -> Self {
-        let mut polygon = Polygon { points: [[0.0; 3]; CORNERS], count: points.len() };
-        polygon.points[..points.len()].copy_from_slice(points);
+    const EMPTY: Polygon = Polygon { points: [[0.0; 3]; CORNERS], count: 0 };
+
+    fn new(points: impl IntoIterator<Item = [f64; 3]>) -> Self {
+        let mut polygon = Self::EMPTY;
+        points.into_iter().for_each(|p| polygon.push(p));
         polygon
+    }
+
+    fn push(&mut self, point: [f64; 3]) {
+        // Rounding may give a corner too many; it lies on an edge.
+        if self.count < CORNERS {
+            self.points[self.count] = point;
+            self.count += 1;
+        }
     }
 
     fn points(&self) -> &[[f64; 3]] {
@@ -136,24 +145,17 @@ impl Polygon {
 
     /// The part where `side`, a linear function, is not negative (Sutherland and Hodgman 1974).
     fn cut(&self, side: impl Fn(&[f64; 3]) -> f64) -> Polygon {
-        let mut out = Polygon { points: [[0.0; 3]; CORNERS], count: 0 };
-        let mut push = |p: [f64; 3]| {
-            // Rounding may give a corner too many; it lies on an edge.
-            if out.count < CORNERS {
-                out.points[out.count] = p;
-                out.count += 1;
-            }
-        };
+        let mut out = Self::EMPTY;
         let Some(mut from) = self.points().last() else { return out };
         let mut at_from = side(from);
         for to in self.points() {
             let at_to = side(to);
             if (at_from < 0.0) != (at_to < 0.0) {
                 let share = at_from / (at_from - at_to);
-                push(std::array::from_fn(|i| from[i] + share * (to[i] - from[i])));
+                out.push(std::array::from_fn(|i| from[i] + share * (to[i] - from[i])));
             }
             if at_to >= 0.0 {
-                push(*to);
+                out.push(*to);
             }
             (from, at_from) = (to, at_to);
         }

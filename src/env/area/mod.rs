@@ -5,8 +5,11 @@
 //! turned about the vertical, `turned` for others, and `faces` for cubes.
 
 mod faces;
+mod polygon;
 mod turned;
 mod upright;
+
+pub use polygon::Means;
 
 use super::{Environment, Picture, orientation};
 use crate::error::Result;

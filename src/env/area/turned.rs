@@ -82,7 +82,7 @@ pub fn cube(source: &Equirect, frame: &Frame, size: u32, on: &mut OnProgress<'_>
 }
 
 /// A picture with its column sums.
-struct Field<'a> {
+pub(super) struct Field<'a> {
     source: &'a Equirect,
     width: usize,
     height: usize,
@@ -97,7 +97,7 @@ struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
-    fn new(source: &'a Equirect) -> Self {
+    pub(super) fn new(source: &'a Equirect) -> Self {
         let (width, height) = (source.width as usize, source.height as usize);
         let cos: Vec<f64> = (0..=height).map(|i| (PI * i as f64 / height as f64).cos()).collect();
         let mut sums = Vec::with_capacity(height.div_ceil(STRIDE) * width);
@@ -115,18 +115,40 @@ impl<'a> Field<'a> {
         Self { source, width, height, cos, meridians, sums, totals }
     }
 
-    /// ∫ G dφ on the line `start` + u `along`, −1 ≤ u ≤ 1, over the edges between `lines`; the two are orthogonal, and
-    /// `along` has length 1.
+    /// Mean radiance over a convex polygon of great circles smaller than a hemisphere.
+    pub(super) fn mean(&self, corners: &[[f64; 3]]) -> Rgb {
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let unit = |v: [f64; 3]| v.map(|c| c / dot(v, v).sqrt());
+        let (mut sum, mut solid_angle) = ([0.0; 3], 0.0);
+        let from_bottom = usize::from(corners.iter().map(|c| unit(*c)[1]).sum::<f64>() < 0.0);
+        let first = unit(corners[0]);
+        for i in 0..corners.len() {
+            let (a, b) = (unit(corners[i]), unit(corners[(i + 1) % corners.len()]));
+            let middle = std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
+            let half = std::array::from_fn(|k| 0.5 * (b[k] - a[k]));
+            let [edge] = self.along(middle, half, &[-1.0, 1.0])[..] else { unreachable!("one interval, one edge") };
+            (0..3).for_each(|c| sum[c] += edge[from_bottom][c]);
+            // The triangle with the first corner (Van Oosterom and Strackee 1983).
+            let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+            let below = 1.0 + dot(first, a) + dot(a, b) + dot(b, first);
+            solid_angle += 2.0 * dot(first, cross).atan2(below);
+        }
+        // Seen from outside, azimuths grow clockwise about the pole.
+        sum.map(|v| -v / solid_angle)
+    }
+
+    /// ∫ G dφ on the line `start` + u `along`, −1 ≤ u ≤ 1, over the edges between `lines`; the two are orthogonal.
     fn along(&self, start: [f64; 3], along: [f64; 3], lines: &[f64]) -> Vec<Edge> {
         let n = lines.len() - 1;
         let mut cuts = lines.to_vec();
         let inside = |u: &f64| *u > -1.0 && *u < 1.0;
         let cross = |(sin, cos): &(f64, f64)| -(start[0] * sin - start[2] * cos) / (along[0] * sin - along[2] * cos);
-        cuts.extend(self.meridians.iter().map(cross).filter(inside));
+        self.each_meridian(start, along, |meridian| cuts.extend(Some(cross(meridian)).filter(inside)));
         // A parallel and its mirror image below the equator are one cone: y² = cos² θ |p|².
-        let length2 = start.iter().map(|v| v * v).sum::<f64>();
-        for cos in &self.cos[1..=self.height / 2] {
-            let a = cos * cos - along[1] * along[1];
+        let square = |v: [f64; 3]| v.iter().map(|c| c * c).sum::<f64>();
+        let (length2, along2) = (square(start), square(along));
+        for cos in self.parallels(start, along, length2, along2) {
+            let a = cos * cos * along2 - along[1] * along[1];
             let b = -start[1] * along[1];
             let c = cos * cos * length2 - start[1] * start[1];
             let q = -(b + (b * b - a * c).sqrt().copysign(b));
@@ -138,7 +160,7 @@ impl<'a> Field<'a> {
 
         let at = |u: f64| -> [f64; 3] {
             let p: [f64; 3] = std::array::from_fn(|i| start[i] + u * along[i]);
-            let inverse = 1.0 / (length2 + u * u).sqrt();
+            let inverse = 1.0 / (length2 + u * u * along2).sqrt();
             p.map(|v| v * inverse)
         };
         let mut edges = vec![[[0f64; 3]; 2]; n];
@@ -158,6 +180,35 @@ impl<'a> Field<'a> {
             (u, here) = (next, there);
         }
         edges
+    }
+
+    /// Calls `cross` for the meridians that a line may cross.
+    fn each_meridian(&self, start: [f64; 3], along: [f64; 3], mut cross: impl FnMut(&(f64, f64))) {
+        let [a, b] = [-1.0, 1.0].map(|u| [start[0] + u * along[0], start[2] + u * along[2]]);
+        let turn = (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]);
+        let count = self.meridians.len() as i64;
+        let at = |phi: f64| (phi / TAU + 0.5) * self.width as f64;
+        let (from, to) = (at(a[1].atan2(a[0])), at(a[1].atan2(a[0]) + turn));
+        // Near a pole the turn is not well known.
+        if turn.abs() > 3.0 || !self.width.is_multiple_of(2) {
+            self.meridians.iter().for_each(cross);
+        } else {
+            let (first, last) = (from.min(to).floor() as i64, from.max(to).ceil() as i64);
+            (first..=last.min(first + count)).for_each(|j| cross(&self.meridians[j.rem_euclid(count) as usize]));
+        }
+    }
+
+    /// Cosines of the parallels of the upper half that a line, or its mirror image, may cross.
+    fn parallels(&self, start: [f64; 3], along: [f64; 3], length2: f64, along2: f64) -> &[f64] {
+        let height = |u: f64| (start[1] + u * along[1]) / (length2 + u * u * along2).sqrt();
+        let (a, b) = (height(-1.0), height(1.0));
+        // The highest or lowest place of the circle.
+        let turning = along[1] * length2 / (start[1] * along2);
+        let top = if turning.abs() < 1.0 { height(turning) } else { a };
+        let most = a.abs().max(b.abs()).max(top.abs()) + 1e-12;
+        let least = if a * b <= 0.0 { 0.0 } else { a.abs().min(b.abs()).min(top.abs()) - 1e-12 };
+        let upper = &self.cos[1..=self.height / 2];
+        &upper[upper.partition_point(|c| *c > most)..upper.partition_point(|c| *c >= least)]
     }
 
     /// ∫ G dφ from `a` to `b`, unit vectors, inside the source texel that holds `middle`; summed from the top, and from
