@@ -5,6 +5,8 @@
 pub enum Shape {
     /// A table of `width` × `height` texels, one level. A one-dimensional table has height 1.
     Table,
+    /// The sphere in one picture of `width` × `height` texels with a chain of mips; the meta's `projection` says how.
+    Map,
     /// Six square faces (+X −X +Y −Y +Z −Z, oriented as the Vulkan and KTX2 specifications say) with a chain of mips.
     Cube,
 }
@@ -12,7 +14,7 @@ pub enum Shape {
 /// Texels as `f32`, and the facts that a file states about them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// Table or cube.
+    /// Table, picture of the sphere, or cube.
     pub shape: Shape,
     /// Width of level 0 in texels.
     pub width: u32,
@@ -30,7 +32,7 @@ impl Texture {
     /// 1, or 6 for a cube.
     pub fn faces(&self) -> u32 {
         match self.shape {
-            Shape::Table => 1,
+            Shape::Table | Shape::Map => 1,
             Shape::Cube => 6,
         }
     }

@@ -224,8 +224,19 @@ fn bad_environments_are_refused_before_any_work() {
         (env("text.hdr", &[]), vec!["text.hdr"]),
         (env("cut.hdr", &[]), vec!["cut.hdr"]),
         (env("cut.exr", &[]), vec!["cut.exr"]),
-        (env("square.hdr", &[]), vec!["square.hdr", "16x16", "twice as wide as high"]),
-        (env("nan.exr", &[]), vec!["nan.exr", "1", "5", "3"]),
+        (env("square.hdr", &[]), vec!["square.hdr", "16x16", "equirect 2:1", "cross 4:3"]),
+        (env("nan.exr", &[]), vec!["nan.exr", "1 of its texels", "column 5, row 3", "--repair"]),
+        (env("good.hdr", &["--layout", "crosss"]), vec!["crosss", "did you mean 'cross'"]),
+        (env("good.hdr", &["--layout", "cross"]), vec!["good.hdr", "32x16", "4:3"]),
+        (env("good.hdr", &["--color", "sRGB"]), vec!["sRGB", "srgb, linear"]),
+        (env("good.hdr", &["--color", "srgb"]), vec!["--color srgb", "good.hdr", "floats"]),
+        (env("good.hdr", &["--part", "left"]), vec!["--part", "good.hdr", "OpenEXR"]),
+        (env("good.hdr", &["--rotate-xyz", "1,2"]), vec!["1,2", "X,Y,Z"]),
+        (env("good.hdr", &["--rotate", "inf"]), vec!["inf"]),
+        (env("good.hdr", &["--rotate", "1", "--rotate-xyz", "1,2,3"]), vec!["--rotate-xyz"]),
+        (env("good.hdr", &["--scale", "-1"]), vec!["-1", "above 0"]),
+        (env("good.hdr", &["--clamp", "0"]), vec!["0", "above 0"]),
+        (env("good.hdr", &["--exposure", "1000"]), vec!["1000", "64"]),
         (env("infinite.exr", &[]), vec!["infinite.exr", "7", "2"]),
         (env("good.hdr", &["--size", "0"]), vec!["0 texels", "--size"]),
         (env("good.hdr", &["--size", "100000"]), vec!["100000", "4096"]),
@@ -239,6 +250,76 @@ fn bad_environments_are_refused_before_any_work() {
     ] {
         fails(here, &arguments, &words);
     }
+}
+
+#[test]
+fn every_way_to_give_an_environment_is_baked_and_verified() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let uneven = |x: usize, y: usize| 1.0 + ((x / 5 + y / 3) % 3) as f32;
+    picture(&here.join("panorama.exr"), (64, 32), uneven);
+    picture(&here.join("cross.exr"), (64, 48), uneven);
+    picture(&here.join("cross.hdr"), (48, 64), uneven);
+    picture(&here.join("strip.exr"), (96, 16), uneven);
+    picture(&here.join("standing.exr"), (16, 96), uneven);
+    std::fs::create_dir(here.join("faces")).unwrap();
+    for (i, name) in ["px", "nx", "py", "ny", "pz", "nz"].iter().enumerate() {
+        picture(&here.join(format!("faces/{name}.exr")), (16, 16), |x, y| uneven(x + 7 * i, y));
+    }
+    image::RgbImage::from_fn(64, 32, |x, y| image::Rgb([x as u8, 4 * y as u8, 90])).save(here.join("p.png")).unwrap();
+    let bake = |input: &str, extra: &[&str]| {
+        let arguments = [&["env", input, "-o", "out.ktx2", "--size", "16"], extra].concat();
+        let output = run(here, &arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        let verdict = succeeds(here, &["verify", "out.ktx2", "--source", input]);
+        assert!(verdict.contains("right"), "{arguments:?}: {verdict}");
+        (succeeds(here, &["info", "out.ktx2"]), text(&output.stderr))
+    };
+    let turned = ["--rotate-xyz", "10,-20,30", "--mirror", "--exposure", "-1.5", "--scale", "3", "--clamp", "2"];
+    for (input, layout) in [
+        ("panorama.exr", "equirect"),
+        ("cross.exr", "cross"),
+        ("cross.hdr", "vertical-cross"),
+        ("strip.exr", "strip"),
+        ("standing.exr", "vertical-strip"),
+        ("faces", "faces"),
+        ("faces/{face}.exr", "faces"),
+        ("faces/px.exr,faces/nx.exr,faces/py.exr,faces/ny.exr,faces/pz.exr,faces/nz.exr", "faces"),
+    ] {
+        for extra in [&[] as &[&str], &turned] {
+            let (info, warnings) = bake(input, extra);
+            assert!(info.lines().any(|l| l.contains("input.layout") && l.ends_with(&format!(" {layout}"))), "{info}");
+            // The clamp takes a part of the energy, and says which.
+            assert_eq!(warnings.contains("% of its mean radiance"), !extra.is_empty(), "{warnings}");
+            assert_eq!(info.contains("input.clamp.removed"), !extra.is_empty(), "{info}");
+        }
+    }
+    bake("p.png", &["--color", "linear", "--rotate", "45"]);
+
+    // A cube that was baked is an input as well, in both containers.
+    for copy in ["copy.ktx2", "copy.exr"] {
+        succeeds(here, &["env", "cross.exr", "-o", copy, "--size", "16", "--encoding", "rgba32f"]);
+        bake(copy, &["--rotate", "90"]);
+    }
+
+    // A file that says another turn is wrong.
+    bake("cross.exr", &["--rotate", "30"]);
+    let mut bytes = std::fs::read(here.join("out.ktx2")).unwrap();
+    let at = bytes.windows(6).position(|w| w == b"0,30,0").unwrap();
+    bytes[at + 2] = b'7';
+    std::fs::write(here.join("wrong.ktx2"), bytes).unwrap();
+    assert_eq!(run(here, &["verify", "wrong.ktx2", "--source", "cross.exr"]).status.code(), Some(1));
+}
+
+#[test]
+fn texels_that_are_not_finite_are_repaired_with_a_warning() {
+    let folder = TempDir::new().unwrap();
+    picture(&folder.path().join("a.exr"), (32, 16), |x, y| if y == 3 && x < 2 { f32::NAN } else { 1.0 });
+    let output = run(folder.path(), &["env", "a.exr", "-o", "a.ktx2", "--size", "8", "--repair"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("2 texels of 'a.exr'"), "{}", text(&output.stderr));
+    assert!(succeeds(folder.path(), &["info", "a.ktx2"]).contains("2 texels"));
+    assert!(succeeds(folder.path(), &["verify", "a.ktx2", "--source", "a.exr"]).contains("right"));
 }
 
 #[test]

@@ -4,10 +4,13 @@
 // early: the search for the next node is a small loop of its own. Such drivers may also stop counting after 65,535
 // iterations of all loops together, so both count against one limit.
 //
-// CUT is 1 where leaves may have to be cut into parts of their texels, else 0.
+// CUT is 1 where leaves of an equirectangular picture may have to be cut into parts of their texels, 2 where those of a
+// cube may, else 0.
 
 #include <zonal>
+#if CUT == 2
 #include "term/cube.glsl"
+#endif
 
 layout(local_size_x = 32) in;
 
@@ -17,30 +20,27 @@ layout(std430, set = 0, binding = 0) readonly buffer Nodes { uvec4 nodes[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Texels { float texels[]; };
 // Cosine and sine of theta at the middle of every row, then of phi at the middle of every column.
 layout(std430, set = 0, binding = 2) readonly buffer Lines { vec2 lines[]; };
-layout(std430, set = 0, binding = 3) writeonly buffer Result { float result[]; };
-layout(std430, set = 0, binding = 4) buffer Status { uint overrun; };
+// Where every texel of every mip looks, in the order of the result.
+layout(std430, set = 0, binding = 3) readonly buffer Axes { float axes[]; };
+layout(std430, set = 0, binding = 4) buffer Result { float result[]; };
+layout(std430, set = 0, binding = 5) buffer Status { uint overrun; };
 
 layout(push_constant) uniform Job {
-    uint size;          // texels along a side of a face
-    uint side;          // blocks along a side of a face
+    uint width;         // texels along the sides of a face
+    uint height;
     uint first;         // this slice's blocks
     uint end;
     uint offset;        // of this mip in the result, in texels
     uint node_count;
     uint limit;         // iterations
-    uint rows;          // of the source
+    uint rows;          // of the source, or of one of its faces
     float d_theta;      // sides of a source texel
     float d_phi;
     float alpha;
-    float near;         // below this distance nodes do not shrink further
-    float eps;          // node size / distance
-    float cap;          // largest distance that counts
+    float eps;          // node size / room
     float inverse_norm;
     float blue_red;     // D of blue is blue_red * D of red + blue_green * D of green
     float blue_green;
-    float base_red;
-    float base_green;
-    float base_blue;
 } job;
 
 const uint TEXELS = 16u;
@@ -51,25 +51,28 @@ const uint FINE = 4u;
 #define EACH_TEXEL(DO) \
     DO(0u) DO(1u) DO(2u) DO(3u) DO(4u) DO(5u) DO(6u) DO(7u) DO(8u) DO(9u) DO(10u) DO(11u) DO(12u) DO(13u) DO(14u) DO(15u)
 
-// Blocks are taken in groups of 4 x 2, so that neighbouring invocations walk the same nodes.
+// Column and row of a block, and its face. Blocks are taken in groups of 4 x 2, so that neighbouring invocations walk the
+// same nodes.
 uvec3 place(uint block) {
-    uint area = job.side * job.side;
-    uint face = block / area;
-    uint at = block - face * area;
-    if (job.side % 4u != 0u) return uvec3(at % job.side, at / job.side, face);
-    uint across = job.side / 4u;
+    uvec2 sides = (uvec2(job.width, job.height) + 3u) / 4u;
+    uint face = block / (sides.x * sides.y);
+    uint at = block - face * sides.x * sides.y;
+    if (sides.x % 4u != 0u || sides.y % 2u != 0u) return uvec3(at % sides.x, at / sides.x, face);
+    uint across = sides.x / 4u;
     uint group = at / 8u;
     uint within = at % 8u;
     return uvec3((group % across) * 4u + within % 4u, (group / across) * 2u + within / 4u, face);
 }
 
-uvec2 texel_of(uvec3 block, uint i) {
-    return min(block.xy * 4u + uvec2(i % 4u, i / 4u), uvec2(job.size - 1u));
+// Where texel i of a block is among all; beyond the face's end its last texels stand in.
+uint index_of(uvec3 block, uint i) {
+    uvec2 texel = min(block.xy * 4u + uvec2(i % 4u, i / 4u), uvec2(job.width, job.height) - 1u);
+    return 3u * (job.offset + (block.z * job.height + texel.y) * job.width + texel.x);
 }
 
 vec3 axis(uvec3 block, uint i) {
-    vec2 st = (2.0 * vec2(texel_of(block, i)) + 1.0) / float(job.size) - 1.0;
-    return normalize(direction(block.z, st.x, st.y));
+    uint at = index_of(block, i);
+    return vec3(axes[at], axes[at + 1u], axes[at + 2u]);
 }
 
 // Sine and cosine of (a + d) from (cos a, sin a), for small d: (cos, sin).
@@ -98,11 +101,16 @@ void main() {
 
     // Software Vulkan reads a push constant as slowly as memory, and in a loop each time anew.
     uint node_count = job.node_count, limit = job.limit;
-    float alpha = job.alpha, near = job.near, eps = job.eps, cap = job.cap;
+    float alpha = job.alpha, eps = job.eps;
     float blue_red = job.blue_red, blue_green = job.blue_green;
 #if CUT
     uint all_rows = job.rows;
+#if CUT == 1
     float d_theta = job.d_theta, d_phi = job.d_phi;
+#endif
+#if CUT == 2
+    uint face = 0u;
+#endif
     // A leaf that is being cut: where it starts, sides of its texels, parts of a texel, of all, and the part at hand.
     bool cutting = false;
     uvec2 corner = uvec2(0u), unit = uvec2(1u), parts = uvec2(1u), count = uvec2(0u), part = uvec2(0u);
@@ -126,8 +134,7 @@ void main() {
             c = uintBitsToFloat(w.xyz);
             vec3 away = middle - c;
             float away2 = dot(away, away);
-            float room = max(near, sqrt(away2) - reach - key);
-            threshold = eps * min(room * fma(10.5, alpha, room) / fma(1.75, room, 10.0 * alpha), cap);
+            threshold = eps * room(away2, reach, key, alpha);
             bool pass = w.w < 0x400000u || fma(-0.5, away2, 1.0 + reach + 2.0 * key) < 0.0;
             bool enter = !pass && key > threshold && skip > 1u;
             at = pass || enter ? at : i;
@@ -156,11 +163,20 @@ void main() {
             uint whole = units.x * units.y;
             if (key > threshold && (extent > threshold || (whole > FINE * FINE && whole <= MAX_CUT * FINE * FINE))) {
                 cutting = true;
-                corner = uvec2(w3.w & 0xffffu, w2.w & 0xffffu);
                 // A texel of the leaf, or the leaf where it is a part of one, and how it is cut.
                 unit = min(units, uvec2(FINE));
+#if CUT == 2
+                // The face's number shares words with the first row and column: src/env/tree/faces.rs.
+                corner = uvec2(w3.w & 0x3fffu, w2.w & 0x3fffu);
+                face = (w2.w & 0xffffu) >> 14 | ((w3.w & 0xffffu) >> 14) << 2;
+                vec2 st = (vec2(corner) + 0.5 * vec2(units)) * (2.0 / float(FINE * all_rows)) - 1.0;
+                vec2 st2 = st * st;
+                vec2 sides = vec2(unit) * (2.0 / float(FINE * all_rows)) * sqrt(1.0 + st2.yx) / (1.0 + st2.x + st2.y);
+#else
+                corner = uvec2(w3.w & 0xffffu, w2.w & 0xffffu);
                 float sin_theta = lines[corner.y / FINE + units.y / FINE / 2u].y;
                 vec2 sides = vec2(unit) * vec2(d_phi * sin_theta, d_theta) / float(FINE);
+#endif
                 parts = uvec2(max(ceil(sides / (sqrt(2.0) * threshold)), 1.0));
                 count = units / unit * parts;
                 part = uvec2(0u);
@@ -174,6 +190,27 @@ void main() {
             vec2 cell = floor(inside);
             uvec2 from = corner + uvec2(cell) * unit;
             uvec2 texel = from / FINE;
+#if CUT == 2
+            // A rectangle in (s, t) instead, to the second order of its sides.
+            float scale = 2.0 / float(FINE * all_rows);
+            vec2 st = (vec2(corner) + inside * vec2(unit)) * scale - 1.0;
+            vec2 half_side = 0.5 * scale * vec2(unit) / vec2(parts);
+            vec2 sixth = half_side * half_side / 6.0;
+            vec3 middle_st = direction(face, 0.0, 0.0);
+            vec3 s_axis = direction(face, 1.0, 0.0) - middle_st, t_axis = direction(face, 0.0, 1.0) - middle_st;
+            vec3 p = direction(face, st.x, st.y);
+            float inverse2 = 1.0 / (1.0 + dot(st, st));
+            float inverse = sqrt(inverse2);
+            float near_spread = (sixth.x + sixth.y) * inverse2;
+            float slant = dot(sixth, st * st) * inverse2 * inverse2;
+            float solid_angle = 4.0 * half_side.x * half_side.y * inverse2 * inverse * (1.0 - 3.0 * near_spread + 15.0 * slant);
+            c = inverse * (1.0 - near_spread + 9.0 * slant) * p
+                - 8.0 * inverse * inverse2 * (sixth.x * st.x * s_axis + sixth.y * st.y * t_axis);
+            uint first = 3u * ((face * all_rows + texel.y) * all_rows + texel.x);
+            // How the direction moves with s and t.
+            vec3 along = inverse * (s_axis - p * (st.x * inverse2)), down = inverse * (t_axis - p * (st.y * inverse2));
+            float q_along = 2.0 * sixth.x, q_down = 2.0 * sixth.y;
+#else
             vec2 off = (vec2(from - texel * FINE) + (inside - cell) * vec2(unit)) / float(FINE) - 0.5;
             vec2 half_side = (0.5 / float(FINE)) * vec2(d_phi, d_theta) * vec2(unit) / vec2(parts);
             vec2 theta = turned(lines[texel.y], off.y * d_theta);
@@ -183,10 +220,11 @@ void main() {
             c = vec3(across * phi.x, theta.x * (1.0 - 0.5 * a2), across * phi.y);
             uint first = 3u * (texel.y * 2u * all_rows + texel.x);
             float solid_angle = 4.0 * half_side.x * half_side.y * theta.y * (1.0 - a2 / 6.0);
-            e = solid_angle * vec3(texels[first], texels[first + 1u], texels[first + 2u]);
             vec3 down = vec3(theta.x * phi.x, -theta.y, theta.x * phi.y);
             vec3 along = vec3(-phi.y, 0.0, phi.x);
             float q_down = a2 / 3.0, q_along = b2 / 3.0 * theta.y * theta.y;
+#endif
+            e = solid_angle * vec3(texels[first], texels[first + 1u], texels[first + 2u]);
             q_same = q_down * down * down + q_along * along * along;
             q_mixed = q_down * down.xxy * down.yzz + q_along * along.xxy * along.yzz;
             d_red = vec3(0.0);
@@ -202,6 +240,12 @@ void main() {
         float spread = q_same.x + q_same.y + q_same.z;
         float w = sqrt(1.5 * spread) + 1e-7;
         float slope = 0.5 / w;
+#if SHARP_HORIZON
+        // Half the node's reach along the texel's axis, instead of the mean over all directions.
+#define HORIZON w = sqrt(max(24.0 * (v - v0), 0.0)) + 1e-7; slope = 0.5 / w;
+#else
+#define HORIZON
+#endif
         float v0 = spread * spread / 16.0;
         float h0 = 0.25 * spread;
         q_same *= 0.125;
@@ -214,6 +258,7 @@ void main() {
         float v = fma(q_same.x, dd.x, fma(q_same.y, dd.y, fma(q_same.z, dd.z, \
                   fma(q_mixed.x, dm.x, fma(q_mixed.y, dm.y, fma(q_mixed.z, dm.z, v0)))))); \
         float mu0 = fma(-2.0, h, 1.0); \
+        HORIZON \
         float f = clamp(fma(mu0, slope, 0.5), 0.0, 1.0); \
         float mu = max(mu0, w * f * f); \
         vec2 k = over_node(h, mu, f, v, alpha); \
@@ -227,12 +272,13 @@ void main() {
     }
     if (step >= limit) atomicMax(overrun, 1u);
 
-    uvec2 texel;
+    // Added to what other pieces of the tree gave, and to the source's base. All are read before any is written: a texel
+    // that stands in for others is written several times.
     uint at;
-#define STORE(I) texel = texel_of(block, I); \
-    at = 3u * (job.offset + (block.z * job.size + texel.y) * job.size + texel.x); \
-    result[at] = sum[I].x * job.inverse_norm + job.base_red; \
-    result[at + 1u] = sum[I].y * job.inverse_norm + job.base_green; \
-    result[at + 2u] = sum[I].z * job.inverse_norm + job.base_blue;
+#define GATHER(I) at = index_of(block, I); \
+    sum[I] = job.inverse_norm * sum[I] + vec3(result[at], result[at + 1u], result[at + 2u]);
+    EACH_TEXEL(GATHER)
+#define STORE(I) at = index_of(block, I); \
+    result[at] = sum[I].x; result[at + 1u] = sum[I].y; result[at + 2u] = sum[I].z;
     EACH_TEXEL(STORE)
 }

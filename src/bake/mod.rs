@@ -5,6 +5,7 @@ mod average_albedo;
 pub mod backend;
 pub mod grid;
 pub mod model;
+pub mod quality;
 mod slices;
 pub mod specular;
 mod split_sum;

@@ -1,6 +1,7 @@
 //! Filtered environments: what image-based lighting reads for glossy reflections.
 //!
-//! Mip m of a cube holds, at the centre direction n of every texel,
+//! Mip m of a cube, an equirectangular picture or an octahedral map ([`Projection`]) holds, at the centre direction n of
+//! every texel,
 //!
 //! ```text
 //! P_m(n) = ∫ K(h) L(ω) dω / ∫ K(h) dω,    h = (1 − n·ω)/2
@@ -8,8 +9,11 @@
 //!
 //! with the kernel K of [`crate::term::zonal`] at the mip's width alpha; view, normal and reflection are equal
 //! (Karis 2013). L is the source as [`crate::env`] defines it. Mip 0 has alpha = 0: it holds the source itself, averaged
-//! over every texel's exact solid angle ([`crate::env::area`]). The other mips are smooth, so they hold values at points,
-//! which is what a bilinear reader interpolates.
+//! over every texel's exact solid angle ([`crate::env::area`], [`crate::env::resample`]). The other mips are smooth, so
+//! they hold values at points, which is what a bilinear reader interpolates.
+//!
+//! A kernel without a width ([`Zonal::least_alpha`]) has nothing to run over mips: its map has one level, and that is
+//! filtered.
 //!
 //! **Rule.** No sampling: for each 4 × 4 texels the tree of moments ([`crate::env::tree`]) is walked. A node that is
 //! small against its distance from the lobe's axis is added as a whole, through its energy, centroid, colour moments
@@ -18,7 +22,7 @@
 //! ```text
 //! h̄ = (|n − c|² + tr Q)/4            the exact mean of h over the node
 //! v = (n − c)ᵀ Q (n − c)/8 + (tr Q)²/16    half its variance; the second part stands for the terms beyond
-//! w = √(1.5 tr Q)                    half the node's reach in μ
+//! w = √(1.5 tr Q)                    half the node's reach in μ; √(3 (n − c)ᵀ Q (n − c)) for kernels with a sharp horizon
 //! f = clamp(½ + (1 − 2h̄)/(2w), 0, 1), μ̄ = max(1 − 2h̄, w f²)    share above the horizon, mean of max(μ, 0)
 //! s += mean(h̄, μ̄, f, v) e + slope(…) n·D
 //! ```
@@ -26,23 +30,26 @@
 //! Otherwise its children are visited, or the leaf is cut into parts of its texels. "Small" is
 //!
 //! ```text
-//! extent · brightness ≤ eps · min(room · (x + 10.5)/(1.75 x + 10), cap)
-//! room = max(near · alpha, distance), x = room/alpha
+//! extent · brightness ≤ eps · room
 //! ```
 //!
-//! The error of a node goes with the third power of extent/distance. Division is by the kernel's own norm, never by a
+//! with the kernel's own `room`: the length over which it changes at the node's place. The error of a node goes with the
+//! third power of extent/room. Division is by the kernel's own norm, never by a
 //! sum of weights. The same bytes come out whatever the slices and however many threads.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::Backend;
+use super::quality::{self, Quality};
 use super::slices::next_slice;
-use crate::env::orientation::{centre, normalized};
-use crate::env::tree::{FINE, Moments, Params, Tree};
-use crate::env::{Equirect, area};
+use crate::env::orientation::normalized;
+use crate::env::projection::Projection;
+use crate::env::tree::{FINE, Moments, Node, Params, Tree, face_and_corner};
+use crate::env::{CubeMap, Environment, Equirect, Frame, Picture, area, resample};
 use crate::error::{Error, Result, nearest};
 use crate::gpu::{Gpu, MAX_GROUPS};
 use crate::ndf::alpha_of;
@@ -60,10 +67,15 @@ const BLOCK: u32 = 4;
 const WORKGROUP: u32 = 32;
 /// Sources with fewer columns are repeated texel by texel: a leaf must not be cut into too many parts.
 const LEAST_WIDTH: u32 = 512;
+/// The same for the faces of a cube.
+const LEAST_FACE: u32 = 128;
 /// Leaves are this part of the least extent that the narrowest lobe asks for.
 const LEAF: f64 = 0.8;
 /// Leaves are not smaller than this, so that the tree of a large source stays within some ten megabytes.
 const LEAST_LEAF_RAD: f64 = 0.006;
+
+/// Every Vulkan device takes buffers of this size: larger trees are walked in pieces.
+const BUFFER_BYTES: usize = 1 << 27;
 
 /// How roughness runs over the mips m = 0..=M.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,12 +120,8 @@ impl RoughnessLaw {
 /// How finely the walk looks. The error goes with eps³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
-    /// Extent of a node over its distance.
+    /// Extent of a node over the room that the kernel leaves it ([`Zonal::room`]).
     pub eps: f64,
-    /// Nodes need not be smaller than at this distance, in units of alpha.
-    pub near: f64,
-    /// Greatest distance that counts, for wide lobes; narrow ones go up to twice as far.
-    pub cap: f64,
     /// Nodes brighter than the mean are cut finer by the root of the ratio, up to this factor.
     pub brightness_limit: f64,
     /// Iterations after which an invocation gives up with an error. Software Vulkan counts to 65,535.
@@ -122,7 +130,7 @@ pub struct Precision {
 
 impl Default for Precision {
     fn default() -> Self {
-        Self { eps: 0.45, near: 1.5, cap: 0.3, brightness_limit: 4.0, limit: 60_000 }
+        quality::STANDARD.precision
     }
 }
 
@@ -131,17 +139,28 @@ impl Default for Precision {
 pub struct SpecularRequest {
     /// Name of the kernel.
     pub kernel: String,
-    /// Texels along a side of a face at mip 0.
-    pub size: u32,
-    /// Number of mips; `None` goes down to 1 × 1.
+    /// Name of the projection.
+    pub shape: String,
+    /// Texels along the shorter side of a face at mip 0; `None` is 256, or 64 for a kernel without a width.
+    pub size: Option<u32>,
+    /// Number of mips; `None` goes down to one texel.
     pub mips: Option<u32>,
     /// Name of the roughness law.
     pub roughness_law: String,
+    /// Name of the quality.
+    pub quality: String,
 }
 
 impl Default for SpecularRequest {
     fn default() -> Self {
-        Self { kernel: "ggx".into(), size: 256, mips: None, roughness_law: "linear".into() }
+        Self {
+            kernel: "ggx".into(),
+            shape: "cube".into(),
+            size: None,
+            mips: None,
+            roughness_law: "linear".into(),
+            quality: quality::STANDARD.name.into(),
+        }
     }
 }
 
@@ -150,17 +169,34 @@ impl SpecularRequest {
     pub fn resolve(&self) -> Result<SpecularJob> {
         let kernel = zonal::parse(&self.kernel)?;
         let law = RoughnessLaw::parse(&self.roughness_law)?;
-        if !(1..=MAX_SIZE).contains(&self.size) {
-            let what = format!("a cube face of {} texels cannot be baked", self.size);
+        let projection = Projection::parse(&self.shape)?;
+        let quality = quality::parse(&self.quality)?;
+        let size = self.size.unwrap_or(if kernel.least_alpha.is_some() { 256 } else { 64 });
+        if !(1..=MAX_SIZE).contains(&size) {
+            let what = format!("a {} of size {size} cannot be baked", projection.name());
             return Err(Error::usage(what, format!("use --size from 1 to {MAX_SIZE}")));
         }
-        let most = self.size.ilog2() + 1;
+        if projection == Projection::Octahedral && !size.is_power_of_two() {
+            let what = format!("an octahedral map of size {size} has texels across its folds");
+            return Err(Error::usage(what, format!("use a power of two, e.g. --size {}", size.next_power_of_two())));
+        }
+        let (most, why) = match kernel.least_alpha {
+            Some(_) => (size.ilog2() + 1, format!("of size {size}")),
+            None => (1, format!("of {}, which knows no roughness,", kernel.name)),
+        };
         let mips = self.mips.unwrap_or(most);
         if !(1..=most).contains(&mips) {
-            let what = format!("a cube of size {} cannot have {mips} mips", self.size);
-            return Err(Error::usage(what, format!("use --mips from 1 to {most}")));
+            let what = format!("a {} {why} cannot have {mips} mips", projection.name());
+            let help = if most == 1 { "use --mips 1".into() } else { format!("use --mips from 1 to {most}") };
+            return Err(Error::usage(what, help));
         }
-        Ok(SpecularJob { kernel, size: self.size, mips, law, precision: Precision::default() })
+        let job = SpecularJob { kernel, projection, size, mips, law, quality, precision: quality.precision };
+        let narrowest = job.alpha(job.filtered().start);
+        if let Some(least) = kernel.least_alpha.filter(|least| mips > 1 && narrowest < *least) {
+            let what = format!("mip 1 has alpha {narrowest:.5}, and {} is right from {least:.5} up", kernel.name);
+            return Err(Error::usage(what, "use fewer --mips, or --roughness-law linear"));
+        }
+        Ok(job)
     }
 }
 
@@ -169,20 +205,26 @@ impl SpecularRequest {
 pub struct SpecularJob {
     /// What to filter with.
     pub kernel: &'static Zonal,
-    /// Texels along a side of a face at mip 0.
+    /// How the sphere is laid out.
+    pub projection: Projection,
+    /// Texels along the shorter side of a face at mip 0.
     pub size: u32,
     /// Number of mips, mip 0 included.
     pub mips: u32,
     /// How roughness runs over the mips.
     pub law: RoughnessLaw,
-    /// How finely the walk looks.
+    /// What the result is held to.
+    pub quality: &'static Quality,
+    /// How finely the walk looks: the quality's, unless a test changes it.
     pub precision: Precision,
 }
 
 /// A source made ready: its tree, and the texels that leaves are cut into.
 pub struct Prepared<'a> {
     /// The source, repeated where it was too coarse.
-    pub source: Cow<'a, Equirect>,
+    pub picture: Picture<'a>,
+    /// From directions of the output to the picture's.
+    pub frame: Frame,
     /// Its tree.
     pub tree: Tree,
 }
@@ -195,7 +237,6 @@ pub struct Lobe {
     pub alpha: f64,
     inverse_norm: f64,
     precision: Precision,
-    cap: f64,
 }
 
 /// What a walk found, and how far it went.
@@ -213,103 +254,160 @@ impl SpecularJob {
     /// The job that made a file, from what the file says.
     pub fn from_meta(texture: &Texture) -> Result<SpecularJob> {
         let get = |key: &str| {
-            texture.meta.get(key).filter(|_| texture.shape == Shape::Cube && texture.channels.len() >= 3).ok_or_else(
+            texture.meta.get(key).filter(|_| texture.shape != Shape::Table && texture.channels.len() >= 3).ok_or_else(
                 || {
-                    let help = "only cubes that brdf-baker wrote carry their kernel and roughness law";
+                    let help = "only environments that brdf-baker wrote carry their kernel and roughness law";
                     Error::usage(format!("the file does not say its '{key}'"), help)
                 },
             )
         };
+        let shape = if texture.shape == Shape::Cube { "cube" } else { get("projection")? };
         let request = SpecularRequest {
             kernel: get("kernel")?.into(),
-            size: texture.width,
+            shape: shape.into(),
+            size: Some(texture.height),
             mips: Some(texture.levels.len() as u32),
             roughness_law: get("roughness-law")?.into(),
+            quality: get("quality")?.into(),
         };
-        request.resolve()
+        let job = request.resolve()?;
+        if job.level_size(0) != (texture.width, texture.height) {
+            let what = format!("it is {}x{}, which is no {shape}", texture.width, texture.height);
+            return Err(Error::usage(what, "bake it again"));
+        }
+        Ok(job)
     }
 
-    /// The width of mip `m`: 0 at mip 0.
+    /// The shape of the result.
+    pub fn shape(&self) -> Shape {
+        if self.projection == Projection::Cube { Shape::Cube } else { Shape::Map }
+    }
+
+    /// The mips that are filtered: all but the first, or the only one of a kernel without a width.
+    pub fn filtered(&self) -> Range<u32> {
+        u32::from(self.kernel.least_alpha.is_some())..self.mips
+    }
+
+    /// The width of mip `m`: 0 at mip 0, 1 for a kernel without one.
     pub fn alpha(&self, m: u32) -> f64 {
-        if m == 0 { 0.0 } else { alpha_of(self.law.roughness(f64::from(m) / f64::from(self.mips - 1))) }
+        match m {
+            _ if self.kernel.least_alpha.is_none() => 1.0,
+            0 => 0.0,
+            _ => alpha_of(self.law.roughness(f64::from(m) / f64::from(self.mips - 1))),
+        }
     }
 
-    /// Texels along a side of a face at mip `m`.
-    pub fn level_size(&self, m: u32) -> u32 {
-        (self.size >> m).max(1)
+    /// Width and height of a face at mip `m`.
+    pub fn level_size(&self, m: u32) -> (u32, u32) {
+        let (width, height) = self.projection.level_size(self.size);
+        ((width >> m).max(1), (height >> m).max(1))
     }
 
-    /// The lobe of mip `m` ≥ 1.
+    /// Texels of mip `m`.
+    fn texels(&self, m: u32) -> u32 {
+        let (width, height) = self.level_size(m);
+        self.projection.faces() * width * height
+    }
+
+    /// The lobe of a filtered mip.
     pub fn lobe(&self, m: u32) -> Lobe {
         Lobe::new(self.kernel, self.alpha(m), self.precision)
     }
 
     /// The axis of texel (x, y) at mip `m`.
     pub fn axis(&self, m: u32, face: u32, x: u32, y: u32) -> [f64; 3] {
-        let (s, t) = centre(x, y, self.level_size(m));
-        normalized(direction(face, s, t))
+        let (width, height) = self.level_size(m);
+        let at = |i: u32, n: u32| (2.0 * f64::from(i) + 1.0) / f64::from(n) - 1.0;
+        self.projection.direction(face, at(x, width), at(y, height))
     }
 
     /// Builds the tree for this job's narrowest lobe. `base` is `None` for the lowest value of each channel.
-    pub fn prepare<'a>(&self, source: &'a Equirect, base: Option<[f32; 3]>) -> Prepared<'a> {
-        let source = if source.width < LEAST_WIDTH {
-            Cow::Owned(source.repeated(LEAST_WIDTH.div_ceil(source.width)))
-        } else {
-            Cow::Borrowed(source)
+    pub fn prepare<'a>(&self, environment: impl Into<Environment<'a>>, base: Option<[f32; 3]>) -> Prepared<'a> {
+        let Environment { picture, frame } = environment.into();
+        let picture = match picture {
+            Picture::Equirect(p) if p.width < LEAST_WIDTH => {
+                Picture::Equirect(Cow::Owned(p.repeated(LEAST_WIDTH.div_ceil(p.width))))
+            }
+            Picture::Cube(p) if p.size < LEAST_FACE => {
+                Picture::Cube(Cow::Owned(p.repeated(LEAST_FACE.div_ceil(p.size))))
+            }
+            large => large,
         };
         let p = self.precision;
-        let narrowest = if self.mips > 1 { self.alpha(1) } else { 1.0 };
-        let least = p.eps * p.near * narrowest;
-        // Leaves this small are few enough; what is finer is cut out of the source when it is asked for.
+        let least = p.eps * (self.kernel.least_room)(self.alpha(self.filtered().start));
+        // Leaves this small are few enough; what is finer is cut out of the source when it is asked for, if the source
+        // fits into a buffer.
+        let fits = size_of_val(picture.texels()) <= BUFFER_BYTES;
         let params = Params {
-            leaf_extent_rad: (LEAF * least).max(LEAST_LEAF_RAD),
+            leaf_extent_rad: (LEAF * least).max(if fits { LEAST_LEAF_RAD } else { 0.0 }),
             least_extent_rad: LEAF * least,
             brightness_limit: p.brightness_limit,
         };
-        let tree = Tree::new(&source, &params, base);
-        Prepared { source, tree }
+        let tree = Tree::new(&picture, &params, base);
+        Prepared { picture, frame, tree }
     }
 
-    /// Bakes the cube; its meta says everything but the measured error.
-    pub fn run(&self, source: &Equirect, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
-        tick(on, "reading the environment", 0.0)?;
-        let mut levels = vec![area::cube(source, self.size)];
-        if self.mips > 1 {
+    /// Bakes the environment; its meta says everything but the measured error.
+    pub fn run<'a>(
+        &self,
+        environment: impl Into<Environment<'a>>,
+        backend: &Backend,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Texture> {
+        let environment = environment.into();
+        let mut levels = vec![];
+        if self.filtered().start > 0 {
+            levels.push(match self.projection {
+                Projection::Cube => area::cube(&environment, self.size, on)?,
+                Projection::Equirect => resample::equirect(&environment, self.size, on)?,
+                Projection::Octahedral => resample::octahedral(&environment, self.size, on)?,
+            });
+        }
+        if !self.filtered().is_empty() {
             tick(on, "building the tree", 0.0)?;
-            let prepared = self.prepare(source, None);
+            let prepared = self.prepare(&environment, None);
             levels.extend(self.filter(&prepared, backend, on)?);
         }
         let channels = ["r", "g", "b"].map(String::from).to_vec();
-        let (width, height) = (self.size, self.size);
-        Ok(Texture { shape: Shape::Cube, width, height, channels, levels, meta: self.meta(backend) })
+        let (width, height) = self.level_size(0);
+        Ok(Texture { shape: self.shape(), width, height, channels, levels, meta: self.meta(backend) })
     }
 
-    /// Mips 1 and up, RGB.
+    /// The filtered mips, RGB.
     pub fn filter(&self, prepared: &Prepared<'_>, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Vec<Vec<f32>>> {
-        let levels = match backend {
+        let mut levels = match backend {
             Backend::Cpu => self.on_cpu(prepared, on)?,
             Backend::Gpu(gpu) => self.on_gpu(prepared, gpu, None, on)?,
         };
-        for (m, level) in levels.iter().enumerate() {
+        for (m, level) in self.filtered().zip(&levels) {
             if let Some(bad) = level.iter().position(|v| !v.is_finite()) {
-                let detail = format!("value {bad} of mip {} is {}", m + 1, level[bad]);
+                let detail = format!("value {bad} of mip {m} is {}", level[bad]);
                 return Err(Error::Gpu { op: format!("filter the environment with {}", self.kernel.name), detail });
             }
+        }
+        // A mean is within the range of what it is the mean of; the walk is only nearly so.
+        let most = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|c| f32::max(a[c], b[c]));
+        let texels = prepared.picture.texels().par_chunks(1 << 14);
+        let brightest = texels.map(|t| t.iter().copied().fold([0.0; 3], most)).reduce(|| [0.0; 3], most);
+        for texel in levels.iter_mut().flat_map(|level| level.as_chunks_mut::<3>().0) {
+            (0..3).for_each(|c| texel[c] = texel[c].clamp(prepared.tree.base[c], brightest[c]));
         }
         Ok(levels)
     }
 
-    /// Blocks along a side of a face at mip `m`.
-    fn side(&self, m: u32) -> u32 {
-        self.level_size(m).div_ceil(BLOCK)
+    /// Blocks along the sides of a face at mip `m`.
+    fn sides(&self, m: u32) -> (u32, u32) {
+        let (width, height) = self.level_size(m);
+        (width.div_ceil(BLOCK), height.div_ceil(BLOCK))
     }
 
     fn blocks(&self, m: u32) -> u32 {
-        6 * self.side(m) * self.side(m)
+        let (across, down) = self.sides(m);
+        self.projection.faces() * across * down
     }
 
     fn stage(&self, m: u32) -> String {
-        format!("mip {m} of {}", self.mips - 1)
+        if self.mips == 1 { "filtering".into() } else { format!("mip {m} of {}", self.mips - 1) }
     }
 
     fn overrun(&self, m: u32) -> Error {
@@ -324,12 +422,12 @@ impl SpecularJob {
     fn on_cpu(&self, prepared: &Prepared<'_>, on: &mut OnProgress<'_>) -> Result<Vec<Vec<f32>>> {
         /// Blocks between two looks at the progress listener.
         const SLICE: u32 = 64;
-        let total: u32 = (1..self.mips).map(|m| self.blocks(m)).sum();
+        let total: u32 = self.filtered().map(|m| self.blocks(m)).sum();
         let mut done = 0;
         let mut levels = vec![];
-        for m in 1..self.mips {
-            let (n, lobe, stage) = (self.level_size(m), self.lobe(m), self.stage(m));
-            let mut level = vec![f32::NAN; 18 * (n * n) as usize];
+        for m in self.filtered() {
+            let ((width, height), lobe, stage) = (self.level_size(m), self.lobe(m), self.stage(m));
+            let mut level = vec![f32::NAN; 3 * self.texels(m) as usize];
             for first in (0..self.blocks(m)).step_by(SLICE as usize) {
                 tick(on, &stage, f64::from(done) / f64::from(total))?;
                 let end = (first + SLICE).min(self.blocks(m));
@@ -337,14 +435,15 @@ impl SpecularJob {
                     .into_par_iter()
                     .map(|index| {
                         let texels = self.block(m, index);
-                        let axes: Vec<_> = texels.iter().map(|[face, x, y]| self.axis(m, *face, *x, *y)).collect();
+                        let axis = |[face, x, y]: &[u32; 3]| prepared.frame.to_picture(self.axis(m, *face, *x, *y));
+                        let axes: Vec<_> = texels.iter().map(axis).collect();
                         lobe.walk(prepared, &axes).map(|walked| (texels, walked))
                     })
                     .collect();
                 for block in found {
                     let (texels, walked) = block.ok_or_else(|| self.overrun(m))?;
                     for ([face, x, y], value) in texels.into_iter().zip(walked.values) {
-                        let at = 3 * ((face * n + y) * n + x) as usize;
+                        let at = 3 * ((face * height + y) * width + x) as usize;
                         level[at..at + 3].copy_from_slice(&value.map(|v| v as f32));
                     }
                 }
@@ -359,17 +458,30 @@ impl SpecularJob {
     /// Face, column and row of a block's 16 texels; beyond the face's end its last texels stand in. The order of the
     /// blocks is the shader's.
     pub fn block(&self, m: u32, index: u32) -> Vec<[u32; 3]> {
-        let (side, last) = (self.side(m), self.level_size(m) - 1);
-        let (face, at) = (index / (side * side), index % (side * side));
-        let (x, y) = if side.is_multiple_of(4) {
-            let (across, group, within) = (side / 4, at / 8, at % 8);
-            ((group % across) * 4 + within % 4, (group / across) * 2 + within / 4)
+        let ((across, down), (width, height)) = (self.sides(m), self.level_size(m));
+        let (face, at) = (index / (across * down), index % (across * down));
+        let (x, y) = if across.is_multiple_of(4) && down.is_multiple_of(2) {
+            let (groups, group, within) = (across / 4, at / 8, at % 8);
+            ((group % groups) * 4 + within % 4, (group / groups) * 2 + within / 4)
         } else {
-            (at % side, at / side)
+            (at % across, at / across)
         };
         (0..BLOCK * BLOCK)
-            .map(|i| [face, (x * BLOCK + i % BLOCK).min(last), (y * BLOCK + i / BLOCK).min(last)])
+            .map(|i| [face, (x * BLOCK + i % BLOCK).min(width - 1), (y * BLOCK + i / BLOCK).min(height - 1)])
             .collect()
+    }
+
+    /// The axes of all texels of the filtered mips in the picture, in the order of the result.
+    fn axes(&self, frame: &Frame) -> Vec<[f32; 3]> {
+        let mut axes = vec![];
+        for m in self.filtered() {
+            let (width, height) = self.level_size(m);
+            let rows = (0..self.projection.faces() * height).into_par_iter();
+            axes.par_extend(rows.flat_map_iter(|row| {
+                (0..width).map(move |x| frame.to_picture(self.axis(m, row / height, x, row % height)).map(|v| v as f32))
+            }));
+        }
+        axes
     }
 
     /// `slice` fixes the number of blocks a dispatch; `None` aims at a duration.
@@ -380,47 +492,58 @@ impl SpecularJob {
         slice: Option<u32>,
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<Vec<f32>>> {
-        let Prepared { source, tree } = prepared;
+        let Prepared { picture, tree, .. } = prepared;
         // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all.
-        let cuts = tree.needs_texels(self.lobe(1).threshold(0.0));
-        let name = format!("bake/specular{}+{}", if cuts { "_cut" } else { "" }, self.kernel.name);
-        let kernel = gpu.kernel(&name, &shaders::spirv(&name), 5, size_of::<Push>() as u32)?;
-        let nodes = gpu.upload("nodes", &tree.nodes)?;
-        let texels = if cuts { residual(source, tree.base) } else { vec![0.0] };
+        let cuts = tree.needs_texels(self.lobe(self.filtered().start).least_threshold());
+        let variant = match picture {
+            _ if !cuts => "",
+            Picture::Equirect(_) => "_cut",
+            Picture::Cube(_) => "_cut_faces",
+        };
+        let name = format!("bake/specular{variant}+{}", self.kernel.file());
+        let kernel = gpu.kernel(&name, &shaders::spirv(&name), 6, size_of::<Push>() as u32)?;
+        let texels = if cuts { residual(picture, tree.base) } else { vec![0.0] };
         let texels = gpu.upload("texels", &texels)?;
-        let lines = gpu.upload("lines", &lines(source))?;
+        let lines = gpu.upload("lines", &lines(picture))?;
         let mut status = gpu.upload("status", &[0u32])?;
-        let count: u32 = (1..self.mips).map(|m| 6 * self.level_size(m) * self.level_size(m)).sum();
-        let result = gpu.buffer("result", u64::from(count) * 12)?;
+        let axes = gpu.upload("axes", &self.axes(&prepared.frame))?;
+        let count: u32 = self.filtered().map(|m| self.texels(m)).sum();
+        // Walks add to what is there.
+        let result = gpu.upload("result", &vec![tree.base; count as usize])?;
 
-        let total: u32 = (1..self.mips).map(|m| self.blocks(m)).sum();
-        let (mut done, mut offset) = (0, 0);
+        let pieces = tree.pieces(BUFFER_BYTES / size_of::<Node>());
+        let total = pieces.len() as u32 * self.filtered().map(|m| self.blocks(m)).sum::<u32>();
+        let mut done = 0;
         let mut next = slice.unwrap_or(1);
-        for m in 1..self.mips {
-            let push = self.push(m, offset, prepared);
-            let mut first = 0;
-            while first < self.blocks(m) {
-                tick(on, &self.stage(m), f64::from(done) / f64::from(total))?;
-                let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
-                let start = Instant::now();
-                let slice_push = Push { first, end: first + count, ..push };
-                let buffers = [&nodes, &texels, &lines, &result, &status];
-                gpu.dispatch(&kernel, &buffers, &slice_push, [count.div_ceil(WORKGROUP), 1, 1])?;
-                next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
-                first += count;
-                done += count;
+        for piece in pieces {
+            let nodes = gpu.upload("nodes", &tree.nodes[piece.clone()])?;
+            let mut offset = 0;
+            for m in self.filtered() {
+                let push = Push { node_count: piece.len() as u32, ..self.push(m, offset, prepared) };
+                let mut first = 0;
+                while first < self.blocks(m) {
+                    tick(on, &self.stage(m), f64::from(done) / f64::from(total))?;
+                    let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
+                    let start = Instant::now();
+                    let slice_push = Push { first, end: first + count, ..push };
+                    let buffers = [&nodes, &texels, &lines, &axes, &result, &status];
+                    gpu.dispatch(&kernel, &buffers, &slice_push, [count.div_ceil(WORKGROUP), 1, 1])?;
+                    next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
+                    first += count;
+                    done += count;
+                }
+                if gpu.read::<u32>(&status)?[0] != 0 {
+                    gpu.write(&mut status, &[0u32])?;
+                    return Err(self.overrun(m));
+                }
+                offset += self.texels(m);
             }
-            if gpu.read::<u32>(&status)?[0] != 0 {
-                gpu.write(&mut status, &[0u32])?;
-                return Err(self.overrun(m));
-            }
-            offset += 6 * self.level_size(m) * self.level_size(m);
         }
         tick(on, "filtered", 1.0)?;
         let all = gpu.read::<f32>(&result)?;
         let mut rest = all.as_slice();
-        let levels = (1..self.mips).map(|m| {
-            let (level, more) = rest.split_at(18 * (self.level_size(m) * self.level_size(m)) as usize);
+        let levels = self.filtered().map(|m| {
+            let (level, more) = rest.split_at(3 * self.texels(m) as usize);
             rest = more;
             level.to_vec()
         });
@@ -428,28 +551,30 @@ impl SpecularJob {
     }
 
     fn push(&self, m: u32, offset: u32, prepared: &Prepared<'_>) -> Push {
-        let Prepared { source, tree } = prepared;
+        let Prepared { picture, tree, .. } = prepared;
+        let (rows, columns) = match picture {
+            Picture::Equirect(p) => (p.height, p.width),
+            Picture::Cube(p) => (p.size, p.size),
+        };
         let lobe = self.lobe(m);
         let [blue_red, blue_green] = tree.blue_from();
+        let (width, height) = self.level_size(m);
         Push {
-            size: self.level_size(m),
-            side: self.side(m),
+            width,
+            height,
             first: 0,
             end: 0,
             offset,
             node_count: tree.nodes.len() as u32,
             limit: self.precision.limit,
-            rows: source.height,
-            d_theta: (std::f64::consts::PI / f64::from(source.height)) as f32,
-            d_phi: (std::f64::consts::TAU / f64::from(source.width)) as f32,
+            rows,
+            d_theta: (std::f64::consts::PI / f64::from(rows)) as f32,
+            d_phi: (std::f64::consts::TAU / f64::from(columns)) as f32,
             alpha: lobe.alpha as f32,
-            near: (self.precision.near * lobe.alpha) as f32,
             eps: self.precision.eps as f32,
-            cap: lobe.cap as f32,
             inverse_norm: lobe.inverse_norm as f32,
             blue_red: blue_red as f32,
             blue_green: blue_green as f32,
-            base: tree.base,
         }
     }
 
@@ -458,17 +583,22 @@ impl SpecularJob {
         let mut meta = Meta::default();
         let list =
             |of: &dyn Fn(u32) -> f64| (0..self.mips).map(|m| format!("{:.6}", of(m))).collect::<Vec<_>>().join(",");
-        meta.set("environment", "specular");
+        meta.set("environment", if self.filtered().start == 0 { "irradiance over pi" } else { "specular" });
+        meta.set("projection", self.projection.name());
         meta.set("kernel", self.kernel.name);
         meta.set("roughness-law", self.law.name());
         meta.set("alpha", list(&|m| self.alpha(m)));
-        meta.set("mip.0", "mean over the texel's solid angle");
+        if self.filtered().start > 0 {
+            meta.set("mip.0", "mean over the texel's solid angle");
+        }
+        meta.set("layout", self.projection.convention());
         meta.set(
             "orientation",
             "equirect (u, v) looks along (cos φ sin θ, cos θ, sin φ sin θ), φ = 2π(u − 1/2), θ = πv",
         );
         meta.set("source", self.kernel.source);
         meta.set("rule", format!("moment tree, eps {}", self.precision.eps));
+        meta.set("quality", self.quality.name);
         meta.set("device", backend.name());
         meta.set("driver", backend.driver());
         meta.set("version", env!("CARGO_PKG_VERSION"));
@@ -477,12 +607,13 @@ impl SpecularJob {
 }
 
 /// The source without its base, RGB interleaved.
-fn residual(source: &Equirect, base: [f32; 3]) -> Vec<f32> {
-    source.texels.iter().flat_map(|t| [t[0] - base[0], t[1] - base[1], t[2] - base[2]]).collect()
+fn residual(picture: &Picture<'_>, base: [f32; 3]) -> Vec<f32> {
+    picture.texels().iter().flat_map(|t| [t[0] - base[0], t[1] - base[1], t[2] - base[2]]).collect()
 }
 
-/// Cosine and sine of θ at the middle of every row, then of φ at the middle of every column.
-fn lines(source: &Equirect) -> Vec<[f32; 2]> {
+/// Cosine and sine of θ at the middle of every row, then of φ at the middle of every column. Cubes need none.
+fn lines(picture: &Picture<'_>) -> Vec<[f32; 2]> {
+    let Picture::Equirect(source) = picture else { return vec![[0.0; 2]] };
     let theta = (0..source.height).map(|i| std::f64::consts::PI * (f64::from(i) + 0.5) / f64::from(source.height));
     let phi = (0..source.width).map(|j| std::f64::consts::TAU * ((f64::from(j) + 0.5) / f64::from(source.width) - 0.5));
     theta.chain(phi).map(|a| [a.cos() as f32, a.sin() as f32]).collect()
@@ -492,8 +623,8 @@ fn lines(source: &Equirect) -> Vec<[f32; 2]> {
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Push {
-    size: u32,
-    side: u32,
+    width: u32,
+    height: u32,
     first: u32,
     end: u32,
     offset: u32,
@@ -503,13 +634,10 @@ struct Push {
     d_theta: f32,
     d_phi: f32,
     alpha: f32,
-    near: f32,
     eps: f32,
-    cap: f32,
     inverse_norm: f32,
     blue_red: f32,
     blue_green: f32,
-    base: [f32; 3],
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -531,20 +659,18 @@ fn quadratic(q: &[f64; 6], d: [f64; 3]) -> f64 {
 impl Lobe {
     /// A kernel at width `alpha` > 0.
     pub fn new(kernel: &'static Zonal, alpha: f64, precision: Precision) -> Self {
-        let cap = (2.0 * (precision.cap - alpha)).max(precision.cap);
-        Self { kernel, alpha, inverse_norm: 1.0 / (kernel.norm)(alpha), precision, cap }
+        Self { kernel, alpha, inverse_norm: 1.0 / (kernel.norm)(alpha), precision }
     }
 
-    /// The largest node that may be added whole at a distance from the block.
-    fn threshold(&self, distance: f64) -> f64 {
-        let room = (self.precision.near * self.alpha).max(distance);
-        self.precision.eps * (room * (room + 10.5 * self.alpha) / (1.75 * room + 10.0 * self.alpha)).min(self.cap)
+    /// No node has to be smaller than this.
+    fn least_threshold(&self) -> f64 {
+        self.precision.eps * (self.kernel.least_room)(self.alpha)
     }
 
-    /// Walks the tree for the axes of a block: the rule in f64, over the nodes that the shader reads. `None` when it
+    /// Walks the tree for the axes of a block, in the picture's frame: the rule in f64, over the nodes that the shader reads. `None` when it
     /// takes more steps than allowed.
     pub fn walk(&self, prepared: &Prepared<'_>, axes: &[[f64; 3]]) -> Option<Walked> {
-        let Prepared { source, tree } = prepared;
+        let Prepared { picture, tree, .. } = prepared;
         let p = &self.precision;
         let middle = axes.iter().fold([0.0; 3], |a, n| [a[0] + n[0], a[1] + n[1], a[2] + n[2]]);
         let middle = normalized(middle);
@@ -567,13 +693,16 @@ impl Lobe {
                 i += node.skip() as usize;
                 continue;
             }
-            let threshold = self.threshold(away2.sqrt() - reach - key);
+            let threshold = p.eps * (self.kernel.room)(away2, reach, key, self.alpha);
             if key > threshold && node.skip() > 1 {
                 i += 1;
                 continue;
             }
             if node.is_cut(threshold) {
-                self.cut(source, tree, i, threshold, axes, &mut walked);
+                match picture {
+                    Picture::Equirect(p) => self.cut(p, tree, i, threshold, axes, &mut walked),
+                    Picture::Cube(p) => self.cut_faces(p, tree, node, threshold, axes, &mut walked),
+                }
             } else {
                 self.add(&tree.moments(i), axes, &mut walked);
             }
@@ -626,14 +755,72 @@ impl Lobe {
         walked.steps -= 1;
     }
 
+    /// The same on a cube: rectangles in (s, t), whose moments are taken to the second order of their sides.
+    fn cut_faces(
+        &self,
+        source: &CubeMap,
+        tree: &Tree,
+        node: &Node,
+        threshold: f64,
+        axes: &[[f64; 3]],
+        walked: &mut Walked,
+    ) {
+        let unit = 2.0 / f64::from(FINE * source.size);
+        let (face, [c0, r0]) = face_and_corner(node);
+        let (rows, columns) = (u32::from(node.rows[1]), u32::from(node.columns[1]));
+        let centre = direction(face, 0.0, 0.0);
+        let s_axis = minus(direction(face, 1.0, 0.0), centre);
+        let t_axis = minus(direction(face, 0.0, 1.0), centre);
+        // A texel of the leaf, or the leaf where it is a part of one, and how it is cut.
+        let (high, wide) = (rows.min(FINE), columns.min(FINE));
+        let middle = |first: u32, count: u32| unit * (f64::from(first) + 0.5 * f64::from(count)) - 1.0;
+        let (s2, t2) = (middle(c0, columns).powi(2), middle(r0, rows).powi(2));
+        let parts = |units: u32, across2: f64| {
+            let length_rad = f64::from(units) * unit * (1.0 + across2).sqrt() / (1.0 + s2 + t2);
+            (length_rad / (2f64.sqrt() * threshold)).ceil().max(1.0) as u32
+        };
+        let (down, across) = (parts(high, s2), parts(wide, t2));
+        let a = 0.5 * f64::from(high) * unit / f64::from(down);
+        let b = 0.5 * f64::from(wide) * unit / f64::from(across);
+        for y in 0..rows / high * down {
+            let row = (r0 + y / down * high) / FINE;
+            let t = f64::from(r0) * unit + f64::from(2 * y + 1) * a - 1.0;
+            for x in 0..columns / wide * across {
+                let texel = source.texel(face, (c0 + x / across * wide) / FINE, row);
+                let s = f64::from(c0) * unit + f64::from(2 * x + 1) * b - 1.0;
+                let p = direction(face, s, t);
+                let (inverse2, sixth_a, sixth_b) = (1.0 / (1.0 + s * s + t * t), a * a / 6.0, b * b / 6.0);
+                let inverse = inverse2.sqrt();
+                let spread = (sixth_a + sixth_b) * inverse2;
+                let slant = (sixth_a * t * t + sixth_b * s * s) * inverse2 * inverse2;
+                let solid_angle = 4.0 * a * b * inverse2 * inverse * (1.0 - 3.0 * spread + 15.0 * slant);
+                let (outwards, along) = (inverse * (1.0 - spread + 9.0 * slant), -8.0 * inverse * inverse2);
+                let c =
+                    [0, 1, 2].map(|i| outwards * p[i] + along * (sixth_b * s * s_axis[i] + sixth_a * t * t_axis[i]));
+                // How the direction moves with s and t.
+                let u = [0, 1, 2].map(|i| inverse * (s_axis[i] - p[i] * s * inverse2));
+                let v = [0, 1, 2].map(|i| inverse * (t_axis[i] - p[i] * t * inverse2));
+                let q = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+                    .map(|(i, j)| 2.0 * (sixth_b * u[i] * u[j] + sixth_a * v[i] * v[j]));
+                let e = [0, 1, 2].map(|k| solid_angle * f64::from(texel[k] - tree.base[k]));
+                self.add(&Moments { c, e, d: [[0.0; 3]; 3], q }, axes, walked);
+                walked.steps += 1;
+            }
+        }
+        walked.steps -= 1;
+    }
+
     fn add(&self, node: &Moments, axes: &[[f64; 3]], walked: &mut Walked) {
         let spread = node.q[0] + node.q[1] + node.q[2];
-        let w = (1.5 * spread).sqrt() + 1e-7;
+        let w_mean = (1.5 * spread).sqrt() + 1e-7;
+        let v0 = spread * spread / 16.0;
         for (n, sum) in axes.iter().zip(&mut walked.values) {
             let d = minus(*n, node.c);
             let h = 0.25 * (dot(d, d) + spread);
-            let v = (spread * spread / 16.0 + 0.125 * quadratic(&node.q, d)).max(0.0);
+            let along = 0.125 * quadratic(&node.q, d);
+            let v = (v0 + along).max(0.0);
             let mu0 = 1.0 - 2.0 * h;
+            let w = if self.kernel.sharp_horizon { (24.0 * along).max(0.0).sqrt() + 1e-7 } else { w_mean };
             let f = (0.5 + 0.5 * mu0 / w).clamp(0.0, 1.0);
             let mu = mu0.max(w * f * f);
             let [mean, slope] = (self.kernel.over_node)(h, mu, f, v, self.alpha);
@@ -658,19 +845,50 @@ mod tests {
     }
 
     #[test]
+    fn pieces_of_a_tree_add_up_to_it() {
+        let mut value = 0u32;
+        let source = Equirect::from_fn(64, |_, _| {
+            value = value.wrapping_mul(1664525).wrapping_add(1013904223);
+            [(value >> 16) as f32, (value >> 20) as f32, 1.0 + (value >> 24) as f32]
+        });
+        let job = SpecularRequest { size: Some(32), ..Default::default() }.resolve().expect("valid");
+        let whole = job.prepare(&source, None);
+        let walk = |prepared: &Prepared<'_>| {
+            let walked = job.lobe(1).walk(prepared, &[normalized([0.3, 0.5, -0.8])]).expect("few steps");
+            [0, 1, 2].map(|k| walked.values[0][k] - f64::from(whole.tree.base[k]))
+        };
+        let expected = walk(&whole);
+        for most in [100, 5000, 1 << 21] {
+            let pieces = whole.tree.pieces(most);
+            assert_eq!(pieces.len() == 1, most > whole.tree.nodes.len());
+            assert!(pieces.iter().all(|p| p.len() <= most));
+            let mut sum = [0.0; 3];
+            for piece in pieces {
+                let tree = Tree { nodes: whole.tree.nodes[piece].to_vec(), ..whole.tree.clone() };
+                let part = walk(&Prepared { picture: whole.picture.borrowed(), frame: whole.frame, tree });
+                (0..3).for_each(|k| sum[k] += part[k]);
+            }
+            // Parents that were left out are looked at through their children, which is finer.
+            assert!((0..3).all(|k| (sum[k] / expected[k] - 1.0).abs() < 1e-3), "{most}: {sum:?} {expected:?}");
+        }
+    }
+
+    #[test]
     fn every_texel_is_in_one_block() {
         for (size, m) in [(64, 0), (64, 1), (64, 3), (64, 4), (64, 6), (50, 0), (50, 2)] {
-            let request = SpecularRequest { size, ..Default::default() };
-            let job = request.resolve().expect("valid");
-            let n = job.level_size(m);
-            let mut seen = vec![0; (6 * n * n) as usize];
-            for index in 0..job.blocks(m) {
-                let mut texels = job.block(m, index);
-                texels.sort_unstable();
-                texels.dedup();
-                texels.iter().for_each(|[face, x, y]| seen[((face * n + y) * n + x) as usize] += 1);
+            for shape in ["cube", "equirect"] {
+                let request = SpecularRequest { size: Some(size), shape: shape.into(), ..Default::default() };
+                let job = request.resolve().expect("valid");
+                let (width, height) = job.level_size(m);
+                let mut seen = vec![0; job.texels(m) as usize];
+                for index in 0..job.blocks(m) {
+                    let mut texels = job.block(m, index);
+                    texels.sort_unstable();
+                    texels.dedup();
+                    texels.iter().for_each(|[face, x, y]| seen[((face * height + y) * width + x) as usize] += 1);
+                }
+                assert!(seen.iter().all(|s| *s == 1), "{shape} {size}, mip {m}");
             }
-            assert!(seen.iter().all(|s| *s == 1), "size {size}, mip {m}");
         }
     }
 }

@@ -5,11 +5,13 @@ use std::time::Instant;
 
 use brdf_baker::bake::Backend;
 use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
-use brdf_baker::env::import;
-use brdf_baker::format::{self, Encoding, Output};
+use brdf_baker::env::import::{self, Imported, Options};
+use brdf_baker::env::projection::Projection;
+use brdf_baker::env::sh::{self, Window};
+use brdf_baker::format::{self, Encoding, Format, Output};
 use brdf_baker::progress::Progress;
 use brdf_baker::term::zonal::ZONALS;
-use brdf_baker::texture::{Shape, Texture};
+use brdf_baker::texture::Texture;
 use brdf_baker::verify::cube::{self, CubeReport};
 use brdf_baker::verify::environment::{self, MipError};
 use brdf_baker::verify::table::Extent;
@@ -18,105 +20,149 @@ use serde_json::json;
 
 use super::Global;
 use super::console::Console;
+use super::source::{self, SourceArgs};
 
 #[derive(clap::Args)]
 pub struct EnvArgs {
-    /// Equirectangular environment, .hdr or .exr, twice as wide as high
+    /// Environment: a file, a folder of six faces, a path with {face} in it, or six paths joined by commas
     input: PathBuf,
-    /// File to write: .ktx2 or .exr
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Filter kernel
+    /// File to write: .ktx2 or .exr; .hdr for a map of one level
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["irradiance", "sh"])]
+    output: Option<PathBuf>,
+    /// Filter kernel; `brdf-baker list kernels` says more
     #[arg(long, default_value = "ggx", value_name = "NAME")]
     kernel: String,
-    /// Texels along an edge of mip 0
-    #[arg(long, default_value_t = 256, value_name = "N")]
-    size: u32,
-    /// Number of mips, mip 0 included [default: down to 1x1]
+    /// Layout: six faces, a picture twice as wide as high, or an octahedral square with +Y in the middle
+    #[arg(long, default_value = "cube", value_name = "cube|equirect|octahedral")]
+    shape: String,
+    /// Texels along an edge of mip 0; the height of an equirect [default: 256, 64 for lambert]
+    #[arg(long, value_name = "N")]
+    size: Option<u32>,
+    /// Number of mips, mip 0 included [default: down to one texel]
     #[arg(long, value_name = "N")]
     mips: Option<u32>,
     /// Roughness of mip m of M + 1: linear, m/M, or quadratic, 1 - sqrt(1 - m/M)
     #[arg(long, default_value = "linear", value_name = "linear|quadratic")]
     roughness_law: String,
-    /// How texels are stored
-    #[arg(long, default_value = "rgba16f", value_name = "NAME")]
-    encoding: String,
+    /// Error against time: of every mip 1e-2, 1e-3 or 2.5e-4 rms
+    #[arg(long, default_value = "standard", value_name = "draft|standard|reference")]
+    quality: String,
+    /// How texels are stored [default: half floats where the format has them]
+    #[arg(long, value_name = "NAME")]
+    encoding: Option<String>,
+    /// Also write the irradiance over pi, one level of the same shape
+    #[arg(long, value_name = "FILE")]
+    irradiance: Option<PathBuf>,
+    /// Texels along an edge of --irradiance
+    #[arg(long, default_value_t = 64, value_name = "N", requires = "irradiance")]
+    irradiance_size: u32,
+    /// Also write spherical harmonics of radiance and irradiance, as JSON
+    #[arg(long, value_name = "FILE")]
+    sh: Option<PathBuf>,
+    /// Highest band of --sh: 2 (9 coefficients), 3 (16) or 4 (25)
+    #[arg(long, default_value_t = 2, value_name = "L", requires = "sh")]
+    sh_order: u32,
+    /// What the bands of --sh are multiplied with, against ringing
+    #[arg(long, default_value = "none", value_name = "none|hanning|lanczos", requires = "sh")]
+    sh_window: String,
+    #[command(flatten)]
+    source: SourceArgs,
 }
 
-impl EnvArgs {
-    pub fn run(self, global: &Global, console: &mut Console) -> Result<()> {
-        let start = Instant::now();
+/// A map to write, checked before any work.
+struct Wanted {
+    path: PathBuf,
+    job: SpecularJob,
+    format: &'static dyn Format,
+    encoding: Encoding,
+    output: Output,
+}
 
-        // Everything that can be refused is refused before any work.
-        let request = SpecularRequest {
-            kernel: self.kernel,
-            size: self.size,
-            mips: self.mips,
-            roughness_law: self.roughness_law,
-        };
+impl Wanted {
+    fn new(path: PathBuf, request: &SpecularRequest, encoding: Option<&str>) -> Result<Wanted> {
         let job = request.resolve()?;
-        let format = format::for_path(&self.output)?;
-        let encoding = format::choose(format, Shape::Cube, 3, Some(Encoding::parse(&self.encoding)?))?;
-        let output = Output::prepare(&self.output)?;
-        let source = import::equirect(&self.input)?;
-        if let Some(clamped) = source.clamped {
-            console.warn(&format!(
-                "'{}' holds {} negative texels, down to {}; they count as 0",
-                self.input.display(),
-                clamped.count,
-                clamped.lowest
-            ));
+        let format = format::for_path(&path)?;
+        let encoding = format::choose(format, job.shape(), 3, encoding.map(Encoding::parse).transpose()?)?;
+        if job.mips > 1 && !format.holds_mips() {
+            let what = format!("{} holds one level, not the {} of '{}'", format.name(), job.mips, path.display());
+            return Err(Error::usage(what, "use --mips 1, or write a .ktx2 or .exr file"));
         }
-        let backend = Backend::open(&global.device, global.validate)?;
+        let output = Output::prepare(&path)?;
+        Ok(Wanted { path, job, format, encoding, output })
+    }
 
-        let mut texture = job.run(&source, &backend, &mut |p| console.progress(p))?;
+    /// Bakes, and refuses to go on with a result that its own check finds wrong.
+    fn bake(&self, source: &Source<'_>, backend: &Backend, console: &mut Console) -> Result<Baked> {
+        let environment = &source.imported.environment;
+        let mut texture = self.job.run(environment, backend, &mut |p| console.progress(p))?;
         let spot = environment::Extent::SPOT;
-        let errors = environment::check(&job, &source, &texture, spot, &mut |p| console.progress(p))?;
+        let errors = environment::check(&self.job, environment, &texture, spot, &mut |p| console.progress(p))?;
         let (rms, worst, texels) = summary(&errors);
+        let bound = self.job.quality.worst_bound;
         // Written so that NaN is refused.
-        if !(worst <= environment::WORST && errors.len() + 1 == texture.levels.len()) {
+        if !(worst <= bound && errors.len() == self.job.filtered().len()) {
             let what = format!(
-                "'{}' was not written: a texel is off by {worst:.1e} of its value, more than {:.0e}",
-                self.output.display(),
-                environment::WORST
+                "'{}' was not written: a texel is off by {worst:.1e} of its value, more than {bound:.1e}",
+                self.path.display(),
             );
             return Err(Error::Verify { what });
         }
-        backend.check_messages()?;
-        let name = self.input.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        texture.meta.set("input", name);
+        texture.meta.set("input", &source.name);
+        source.options.describe(source.imported, &mut texture.meta);
         texture.meta.set("error.relative.rms", format!("{rms:.1e}"));
         texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
-        texture.meta.set("error.bound", format!("{:.0e} worst", environment::WORST));
+        texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
         texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
-        let written = output.commit(format, &texture, encoding)?;
+        Ok(Baked { texture, rms, worst, texels })
+    }
+
+    /// Writes what was baked, and says so.
+    fn write(
+        self,
+        baked: &Baked,
+        source: &Source<'_>,
+        start: Instant,
+        backend: &Backend,
+        console: &mut Console,
+    ) -> Result<()> {
+        let Wanted { path, job, format, encoding, output } = self;
+        let Baked { texture, rms, worst, texels } = baked;
+        let written = output.commit(format, texture, encoding)?;
         if written.rounding.clamped > 0 {
             console.warn(&format!(
-                "{} values exceed what {} holds and were clamped; --encoding rgba32f keeps them",
-                written.rounding.clamped, encoding.name
+                "{} values of '{}' exceed what {} holds and were clamped; --encoding rgba32f keeps them",
+                written.rounding.clamped,
+                path.display(),
+                encoding.name
             ));
         }
-
         let seconds = start.elapsed().as_secs_f64();
-        let path = self.output.display();
+        let faces = if job.projection == Projection::Cube { "6x" } else { "" };
+        let levels = if job.mips == 1 { "1 level".into() } else { format!("{} mips", job.mips) };
         console.result(
             &format!(
-                "{path}  6x{0}x{0}, {1} mips {2}  max error {3:.1e} relative, rms {4:.1e} (+ {5:.1e} rounding)  \
-                 {seconds:.2} s  {6}",
+                "{}  {faces}{}x{}, {levels} {}  max error {worst:.1e} relative, rms {rms:.1e} (+ {:.1e} rounding)  \
+                 {seconds:.2} s  {}",
+                path.display(),
                 texture.width,
-                texture.levels.len(),
+                texture.height,
                 encoding.name,
-                worst,
-                rms,
                 written.rounding.max_rel,
                 backend.name()
             ),
             &json!({
-                "path": self.output,
-                "source": self.input,
+                "path": path,
+                "source": source.path,
+                "layout": source.imported.layout,
+                "negative_texels": source.imported.adjusted.negative.map_or(0, |n| n.count),
+                "repaired_texels": source.imported.adjusted.repaired,
+                "dimmed_texels": source.imported.adjusted.clamped,
+                "removed_energy": source.imported.adjusted.removed,
                 "kernel": job.kernel.name,
-                "size": texture.width,
-                "mips": texture.levels.len(),
+                "shape": job.projection.name(),
+                "size": job.size,
+                "mips": job.mips,
+                "quality": job.quality.name,
                 "encoding": encoding.name,
                 "bytes": written.bytes,
                 "max_error": worst,
@@ -125,10 +171,102 @@ impl EnvArgs {
                 "clamped": written.rounding.clamped,
                 "checked_texels": texels,
                 "seconds": seconds,
+                "peak_memory_bytes": peak_memory_bytes(),
                 "device": backend.name(),
             }),
         )
     }
+}
+
+/// The input of a run.
+struct Source<'a> {
+    path: &'a Path,
+    /// The file's or folder's own name.
+    name: String,
+    options: &'a Options,
+    imported: &'a Imported,
+}
+
+/// A baked map and what its own check found.
+struct Baked {
+    texture: Texture,
+    rms: f64,
+    worst: f64,
+    texels: u32,
+}
+
+impl EnvArgs {
+    pub fn run(self, global: &Global, console: &mut Console) -> Result<()> {
+        let start = Instant::now();
+
+        // Everything that can be refused is refused before any work.
+        let encoding = self.encoding.as_deref();
+        let request = SpecularRequest {
+            kernel: self.kernel,
+            shape: self.shape,
+            size: self.size,
+            mips: self.mips,
+            roughness_law: self.roughness_law,
+            quality: self.quality,
+        };
+        let mut wanted = vec![];
+        if let Some(path) = self.output {
+            wanted.push(Wanted::new(path, &request, encoding)?);
+        }
+        if let Some(path) = self.irradiance {
+            let size = Some(self.irradiance_size);
+            let request = SpecularRequest { kernel: "lambert".into(), size, mips: None, ..request };
+            wanted.push(Wanted::new(path, &request, encoding)?);
+        }
+        sh::check_order(self.sh_order)?;
+        let window = Window::parse(&self.sh_window)?;
+        let harmonics = self.sh.map(|path| Ok((Output::prepare(&path)?, path))).transpose()?;
+
+        let options = self.source.options()?;
+        let imported = import::read(&self.input, &options, &mut |p| console.progress(p))?;
+        source::warn(&self.input, &options, &imported, console);
+        let name = self.input.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+
+        let source = Source { path: &self.input, name, options: &options, imported: &imported };
+
+        // All results before the first file.
+        let coefficients = harmonics.as_ref().map(|_| sh::project(&imported.environment, self.sh_order));
+        if !wanted.is_empty() {
+            let backend = Backend::open(&global.device, global.validate)?;
+            let baked: Vec<Baked> = wanted.iter().map(|w| w.bake(&source, &backend, console)).collect::<Result<_>>()?;
+            backend.check_messages()?;
+            for (wanted, baked) in wanted.into_iter().zip(&baked) {
+                wanted.write(baked, &source, start, &backend, console)?;
+            }
+        }
+        if let (Some((output, path)), Some(coefficients)) = (harmonics, coefficients) {
+            let content = format::sh_json(&coefficients, self.sh_order, window, &source.name);
+            let bytes = output.commit_bytes(format!("{content:#}\n").as_bytes())?;
+            let seconds = start.elapsed().as_secs_f64();
+            let count = coefficients.len();
+            console.result(
+                &format!("{}  {count} coefficients, l <= {}  exact  {seconds:.2} s", path.display(), self.sh_order),
+                &json!({
+                    "path": path,
+                    "source": self.input,
+                    "order": self.sh_order,
+                    "window": window.name(),
+                    "coefficients": count,
+                    "bytes": bytes,
+                    "seconds": seconds,
+                    "peak_memory_bytes": peak_memory_bytes(),
+                }),
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// The most memory that the process has held, where the system says so.
+fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 
 /// Largest rms and worst error of any mip, and the number of texels compared.
@@ -137,7 +275,7 @@ fn summary(errors: &[MipError]) -> (f64, f64, u32) {
     (max(|e| e.rms), max(|e| e.max), errors.iter().map(|e| e.texels).sum())
 }
 
-/// `brdf-baker verify` of a cube.
+/// `brdf-baker verify` of an environment.
 pub fn verify(
     file: &Path,
     source: Option<&Path>,
@@ -149,15 +287,16 @@ pub fn verify(
     let job = SpecularJob::from_meta(texture).map_err(|e| Error::input(file, e.to_string(), e.help().to_string()))?;
     let on = &mut |p: Progress<'_>| console.progress(p);
     let report = match source {
-        Some(source) => cube::check_with_source(&job, texture, &import::equirect(source)?, encoding, extent, on)?,
-        None => {
-            let alpha: Vec<f64> = (0..job.mips).map(|m| job.alpha(m)).collect();
-            cube::check(texture, &alpha, encoding, extent, on)?
+        Some(source) => {
+            let options = Options::from_meta(&texture.meta)?;
+            let imported = import::read(source, &options, on)?;
+            cube::check_with_source(&job, texture, &imported.environment, encoding, extent, on)?
         }
+        None => cube::check(&job, texture, encoding, extent, on)?,
     };
     let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
     console.result(
-        &text(&file.display().to_string(), encoding.name, against, &report),
+        &text(&file.display().to_string(), &job, encoding.name, against, &report),
         &json!({
             "path": file,
             "encoding": encoding.name,
@@ -172,21 +311,34 @@ pub fn verify(
     }
 }
 
-fn text(path: &str, encoding: &str, against: &str, report: &CubeReport) -> String {
+fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &CubeReport) -> String {
     let verdict = if report.failures.is_empty() { "right" } else { "WRONG" };
     let [r, g, b] = report.mean;
-    let mut text = format!("{path}  cube {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}");
+    let mut text = format!(
+        "{path}  {} {} {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}",
+        job.projection.name(),
+        job.kernel.name
+    );
     for mip in &report.skipped {
-        text.push_str(&format!(
-            "\n  mip {mip:<2}     not checked: narrower than mip 0's texels; give the environment with --source"
-        ));
+        text.push_str(&format!("\n  mip {mip:<2}     not compared: give the environment with --source"));
     }
     for m in &report.mips {
+        let bias = m.bias.map_or(String::new(), |bias| format!(", energy {bias:+.0e}"));
         text.push_str(&format!(
-            "\n  mip {:<2}     alpha {:.5}: rms {:.1e}, max {:.1e} of {} texels, against {against} \
+            "\n  mip {:<2}     alpha {:.5}: rms {:.1e}, max {:.1e}{bias} of {} texels, against {against} \
              (bound {:.1e} rms)",
             m.mip, m.alpha, m.rms, m.worst, m.texels, m.bound
         ));
+    }
+    let holds = |law: bool| if law { "holds" } else { "see below" };
+    let seams = report.levels.iter().filter(|l| l.seams.is_some()).count();
+    text.push_str(&format!(
+        "\n  laws       finite, not negative, no brighter than mip 0, less variance in wider lobes, no rings at the seams of \
+         {seams} mips: {}",
+        holds(report.failures.is_empty())
+    ));
+    for failure in &report.failures {
+        text.push_str(&format!("\n  wrong      {failure}"));
     }
     text
 }

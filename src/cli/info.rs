@@ -13,6 +13,7 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
     let (texture, encoding) = format::for_path(file)?.read(file)?;
     let shape = match texture.shape {
         Shape::Table => "table",
+        Shape::Map => "map",
         Shape::Cube => "cube",
     };
     let size = format!("{}x{}", texture.width, texture.height);

@@ -77,7 +77,7 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
                 let holders: Vec<String> = formats()
                     .iter()
                     .filter(|f| {
-                        f.encodings(Shape::Table).contains(encoding) || f.encodings(Shape::Cube).contains(encoding)
+                        [Shape::Table, Shape::Map, Shape::Cube].iter().any(|s| f.encodings(*s).contains(encoding))
                     })
                     .map(|f| format!(".{}", f.extension()))
                     .collect();

@@ -6,6 +6,7 @@ mod env;
 mod info;
 mod list;
 mod materials;
+mod source;
 mod verify;
 
 use std::path::PathBuf;
@@ -57,10 +58,19 @@ enum Command {
   brdf-baker bake split-sum -o dfg.ktx2
   brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45")]
     Bake(bake::BakeArgs),
-    /// Prefilter an environment into a specular cube with mips
-    #[command(after_help = "Examples:
+    /// Prefilter an environment: specular mips, irradiance, spherical harmonics
+    #[command(
+        after_help = "INPUT is a file (.hdr .exr .png .jpg: equirectangular, strip or cross; .ktx2 .dds: a cube) \
+or six faces: a folder, a path with {face} in it, or six paths joined by commas in the order +X,-X,+Y,-Y,+Z,-Z. Faces are \
+called px nx py ny pz nz, posx negx ..., or right left top bottom front back.
+
+Examples:
   brdf-baker env studio.exr -o studio.ktx2
-  brdf-baker env sky.hdr -o sky.ktx2 --size 128 --roughness-law quadratic --mips 6")]
+  brdf-baker env 'yard_{face}.png' -o yard.ktx2 --rotate 90 --exposure -1 --clamp 1000
+  brdf-baker env sky.hdr -o sky.ktx2 --irradiance diffuse.ktx2 --sh sky.json
+  brdf-baker env sky.hdr -o sheen.ktx2 --kernel charlie --shape octahedral
+  brdf-baker env sky.hdr -o diffuse.hdr --kernel lambert --shape equirect"
+    )]
     Env(env::EnvArgs),
     /// Check a baked file against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:

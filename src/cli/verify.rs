@@ -18,7 +18,8 @@ pub struct VerifyArgs {
     /// Check every texel, not a sample
     #[arg(long)]
     full: bool,
-    /// The environment that a cube was baked from: compares with it instead of with the file's own mip 0
+    /// The environment that the file was baked from, named as for `env`: compares with it, read and turned as the file
+    /// says, instead of with the file's own mip 0
     #[arg(long, value_name = "INPUT")]
     source: Option<PathBuf>,
 }
@@ -27,7 +28,7 @@ impl VerifyArgs {
     pub fn run(self, console: &mut Console) -> Result<()> {
         let (texture, encoding) = format::for_path(&self.file)?.read(&self.file)?;
         let extent = if self.full { Extent::Full } else { Extent::Spot };
-        if texture.shape == Shape::Cube {
+        if texture.shape != Shape::Table {
             return super::env::verify(&self.file, self.source.as_deref(), &texture, encoding, extent, console);
         }
         let job =

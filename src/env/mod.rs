@@ -1,4 +1,4 @@
-//! Environments: radiance from every direction, as a picture.
+//! Environments: radiance from every direction, as a picture and the way it is turned.
 //!
 //! An environment here is *piecewise constant*: every texel holds one radiance over its exact solid angle. Everything
 //! that this crate computes from an environment refers to that function, so that "the right answer" is well defined.
@@ -10,12 +10,108 @@
 //! ```
 //!
 //! so its centre looks along +X, u = ¾ along +Z, and its top edge is +Y, as in glTF viewers and three.js.
-//! Cube faces are those of [`crate::term::cube`].
+//! Cube faces are those of [`crate::term::cube`]. A [`Frame`] turns either.
+
+use std::borrow::Cow;
 
 pub mod area;
+mod cube_map;
+mod frame;
 pub mod import;
 pub mod orientation;
+pub mod projection;
+pub mod resample;
+pub mod sh;
 pub mod tree;
+
+pub use cube_map::CubeMap;
+pub use frame::Frame;
+
+/// A picture, owned or borrowed, and how it is turned.
+#[derive(Clone, Debug)]
+pub struct Environment<'a> {
+    /// Radiance by direction, in the picture's own axes.
+    pub picture: Picture<'a>,
+    /// From directions of the output to the picture's.
+    pub frame: Frame,
+}
+
+/// Radiance that is constant over each texel's solid angle.
+#[derive(Clone, Debug)]
+pub enum Picture<'a> {
+    /// Texels between parallels and meridians.
+    Equirect(Cow<'a, Equirect>),
+    /// Texels on six faces.
+    Cube(Cow<'a, CubeMap>),
+}
+
+impl Environment<'_> {
+    /// The same environment, borrowed.
+    pub fn borrowed(&self) -> Environment<'_> {
+        Environment { picture: self.picture.borrowed(), frame: self.frame }
+    }
+}
+
+impl Picture<'_> {
+    /// The same picture, borrowed.
+    pub fn borrowed(&self) -> Picture<'_> {
+        match self {
+            Picture::Equirect(picture) => Picture::Equirect(Cow::Borrowed(picture)),
+            Picture::Cube(picture) => Picture::Cube(Cow::Borrowed(picture)),
+        }
+    }
+
+    /// Mean radiance over the sphere, per channel.
+    pub fn mean(&self) -> [f64; 3] {
+        match self {
+            Picture::Equirect(picture) => picture.mean(),
+            Picture::Cube(picture) => picture.mean(),
+        }
+    }
+
+    /// Every texel, in the order of the picture.
+    pub fn texels(&self) -> &[[f32; 3]] {
+        match self {
+            Picture::Equirect(picture) => &picture.texels,
+            Picture::Cube(picture) => &picture.texels,
+        }
+    }
+
+    /// The direction of the centre of texel `index` of [`Picture::texels`].
+    pub fn direction(&self, index: usize) -> [f64; 3] {
+        match self {
+            Picture::Equirect(picture) => {
+                let (x, y) = (index % picture.width as usize, index / picture.width as usize);
+                let centre = |i: usize, n: u32| (i as f64 + 0.5) / f64::from(n);
+                Equirect::direction(centre(x, picture.width), centre(y, picture.height))
+            }
+            Picture::Cube(picture) => {
+                let size = picture.size as usize;
+                let (face, y, x) = (index / (size * size), index / size % size, index % size);
+                let (s, t) = orientation::centre(x as u32, y as u32, picture.size);
+                orientation::normalized(crate::term::cube::direction(face as u32, s, t))
+            }
+        }
+    }
+}
+
+impl<'a> From<&'a Equirect> for Environment<'a> {
+    fn from(picture: &'a Equirect) -> Self {
+        Environment { picture: Picture::Equirect(Cow::Borrowed(picture)), frame: Frame::IDENTITY }
+    }
+}
+
+impl<'a> From<&'a CubeMap> for Environment<'a> {
+    fn from(picture: &'a CubeMap) -> Self {
+        Environment { picture: Picture::Cube(Cow::Borrowed(picture)), frame: Frame::IDENTITY }
+    }
+}
+
+impl<'a> From<&'a Environment<'_>> for Environment<'a> {
+    fn from(environment: &'a Environment<'_>) -> Self {
+        environment.borrowed()
+    }
+}
 
 /// An equirectangular picture of linear radiance, twice as wide as high.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,17 +122,6 @@ pub struct Equirect {
     pub height: u32,
     /// Red, green, blue; rows from the top (+Y), finite and not negative.
     pub texels: Vec<[f32; 3]>,
-    /// Negative texels that were found in the file and set to 0, where there were any.
-    pub clamped: Option<Clamped>,
-}
-
-/// Texels that lossy compression or a bad merge of exposures made negative. They count as 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clamped {
-    /// How many texels had a negative channel.
-    pub count: usize,
-    /// The lowest value found.
-    pub lowest: f32,
 }
 
 impl Equirect {
@@ -52,14 +137,14 @@ impl Equirect {
         for y in 0..height {
             texels.extend((0..width).map(|x| at(centre(x, width), centre(y, height))));
         }
-        Self { width, height, texels, clamped: None }
+        Self { width, height, texels }
     }
 
     /// The same picture with every texel repeated `times` × `times`: the same piecewise constant radiance.
     pub fn repeated(&self, times: u32) -> Self {
         let (width, height) = (self.width * times, self.height * times);
         let texel = |i: u32| self.row(i / width / times)[(i % width / times) as usize];
-        Self { width, height, texels: (0..width * height).map(texel).collect(), clamped: self.clamped }
+        Self { width, height, texels: (0..width * height).map(texel).collect() }
     }
 
     /// The texels of row `y`.

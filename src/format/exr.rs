@@ -1,8 +1,8 @@
-//! OpenEXR: tables and cubes as half or single floats, compressed without loss (ZIP, 16 rows a block).
+//! OpenEXR: tables, maps of the sphere and cubes as half or single floats, compressed without loss (ZIP, 16 rows a block).
 //!
 //! A table is a single part with the channels R, RG, RGB or RGBA. A cube has one part a mip, named `mip0`, `mip1`, …,
-//! with the faces +X −X +Y −Y +Z −Z below each other: as wide as a face and six times as high. The file holds the
-//! texture's channels and no others: an encoding's further components are not written, and the encoding that is read
+//! with the faces +X −X +Y −Y +Z −Z below each other: as wide as a face and six times as high. A map of
+//! the sphere has one part a mip likewise. The file holds the texture's channels and no others: an encoding's further components are not written, and the encoding that is read
 //! back is the smallest that fits. Meta is in the attributes of the first part, as UTF-8 text.
 
 use std::io::Cursor;
@@ -12,7 +12,7 @@ use ::exr::prelude as e;
 use ::exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 use half::f16;
 
-use super::{Encoding, Format, Repr, WRITER, check, from_pairs, pairs, plausible};
+use super::{Encoding, Format, Repr, WRITER, check, from_pairs, is_map, pairs, plausible};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -33,6 +33,10 @@ impl Format for Exr {
 
     fn extension(&self) -> &'static str {
         "exr"
+    }
+
+    fn holds_mips(&self) -> bool {
+        true
     }
 
     fn encodings(&self, _: Shape) -> Vec<Encoding> {
@@ -110,7 +114,7 @@ fn part(texture: &Texture, level: usize, encoding: Encoding) -> Part {
         e::AnyChannel::new(CHANNEL_NAMES[c], samples)
     });
     let mut attributes = e::LayerAttributes::default();
-    if texture.shape == Shape::Cube {
+    if texture.shape != Shape::Table {
         attributes.layer_name = Some(format!("mip{level}").as_str().into());
     }
     if level == 0 {
@@ -156,11 +160,7 @@ fn from_parts(path: &Path, parts: &[Part]) -> Result<(Texture, Encoding)> {
     let name = |i: usize| parts[i].attributes.layer_name.as_ref().map(|name| name.to_string());
     let first = parts.first().ok_or_else(|| wrong("it has no part"))?;
     let (width, rows) = (first.size.width(), first.size.height());
-    let is_cube = rows == 6 * width && (0..parts.len()).all(|i| name(i) == Some(format!("mip{i}")));
-    if !is_cube && parts.len() > 1 {
-        return Err(wrong("it has several parts that are not the mips of a cube"));
-    }
-    let (shape, height) = if is_cube { (Shape::Cube, width) } else { (Shape::Table, rows) };
+    let are_mips = (0..parts.len()).all(|i| name(i) == Some(format!("mip{i}")));
 
     // Channels and precision, which all parts share.
     let list = &first.channel_data.list;
@@ -193,6 +193,13 @@ fn from_parts(path: &Path, parts: &[Part]) -> Result<(Texture, Encoding)> {
     if channels.len() != count {
         return Err(wrong("it names more or fewer channels than it has"));
     }
+
+    let (shape, height) = match rows == 6 * width {
+        _ if are_mips && is_map(&meta) => (Shape::Map, rows),
+        true if are_mips => (Shape::Cube, width),
+        _ if parts.len() == 1 => (Shape::Table, rows),
+        _ => return Err(wrong("it has several parts that are not the mips of a cube or of a map of the sphere")),
+    };
 
     let mut texture = Texture { shape, width: width as u32, height: height as u32, channels, levels: vec![], meta };
     for (i, part) in parts.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Radiance HDR: tables as RGB with 8-bit mantissas and one exponent a texel. About two decimal digits, no sign.
+//! Radiance HDR: tables and pictures of one level as RGB with 8-bit mantissas and one exponent a texel. About two decimal digits, no sign.
 //!
 //! The file is written with the `image` crate's encoder, fed with values that are already rounded to the nearest RGBE
 //! (it would truncate). Meta goes into the header as comment lines, `# brdf-baker.key=value`. Reading is done here:
@@ -10,7 +10,7 @@ use image::Rgb;
 use image::codecs::hdr::HdrEncoder;
 
 use super::encoding::{decode, encode};
-use super::{Encoding, Format, Repr, WRITER, check, from_pairs, pairs, plausible};
+use super::{Encoding, Format, Repr, WRITER, check, from_pairs, is_map, pairs, plausible};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -30,12 +30,16 @@ impl Format for Hdr {
         "hdr"
     }
 
+    fn holds_mips(&self) -> bool {
+        false
+    }
+
     fn encodings(&self, shape: Shape) -> Vec<Encoding> {
         self.default_encoding(shape, 3).into_iter().collect()
     }
 
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding> {
-        if shape == Shape::Table { Encoding::fitting(Repr::Rgbe8, channels) } else { None }
+        if shape == Shape::Cube { None } else { Encoding::fitting(Repr::Rgbe8, channels) }
     }
 
     fn to_bytes(&self, path: &Path, texture: &Texture, encoding: Encoding) -> Result<Vec<u8>> {
@@ -93,7 +97,8 @@ impl Format for Hdr {
 
         let texels = scanlines(rest, width as usize, height as usize).ok_or_else(|| wrong("its texels are damaged"))?;
         let levels = vec![decode(texels.as_flattened(), channels.len(), encoding)];
-        Ok((Texture { shape: Shape::Table, width, height, channels, levels, meta }, encoding))
+        let shape = if is_map(&meta) { Shape::Map } else { Shape::Table };
+        Ok((Texture { shape, width, height, channels, levels, meta }, encoding))
     }
 }
 

@@ -1,7 +1,7 @@
-//! KTX2 (Khronos Texture 2.0): tables and cubes as half or single floats, mips and all, ready for a GPU.
+//! KTX2 (Khronos Texture 2.0): tables, maps of the sphere and cubes as half or single floats, mips and all, ready for a GPU.
 //!
 //! Written here after the KTX 2.0 specification and the Khronos Data Format Specification 1.3; read with the `ktx2`
-//! crate, so that a mistake of ours does not cancel itself out. A table has rows from the top (`KTXorientation` `rd`,
+//! crate, so that a mistake of ours does not cancel itself out. A table or map has rows from the top (`KTXorientation` `rd`,
 //! as a cube's faces must have); a one-dimensional table is a 2-D texture of height 1.
 
 use std::path::Path;
@@ -9,7 +9,7 @@ use std::path::Path;
 use ::ktx2 as reader;
 
 use super::encoding::{decode, encode};
-use super::{Encoding, Format, Repr, WRITER, check, from_pairs, pairs};
+use super::{Encoding, Format, Repr, WRITER, check, from_pairs, is_map, pairs};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -32,6 +32,10 @@ impl Format for Ktx2 {
 
     fn extension(&self) -> &'static str {
         "ktx2"
+    }
+
+    fn holds_mips(&self) -> bool {
+        true
     }
 
     fn encodings(&self, _: Shape) -> Vec<Encoding> {
@@ -147,11 +151,12 @@ impl Format for Ktx2 {
         });
         let default = &["r", "g", "b", "a"][..encoding.components];
         let (channels, meta) = from_pairs(path, strings, default, encoding.components)?;
+        let shape = if shape == Shape::Table && is_map(&meta) { Shape::Map } else { shape };
 
         // Levels. A table's mips, in a file of others, are blurred values: only level 0 is data.
         let mut texture = Texture { shape, width, height, channels, levels: vec![], meta };
-        let wanted = if shape == Shape::Table { 1 } else { 32 - width.leading_zeros() as usize };
-        if file.levels().len() > wanted && shape == Shape::Cube {
+        let wanted = if shape == Shape::Table { 1 } else { 32 - width.max(height).leading_zeros() as usize };
+        if file.levels().len() > wanted && shape != Shape::Table {
             return Err(wrong("it has more levels than its size allows".into()));
         }
         for (i, level) in file.levels().enumerate().take(wanted) {
@@ -221,7 +226,7 @@ fn key_value_data(texture: &Texture) -> Vec<u8> {
     let mut pairs = pairs(texture);
     pairs.push(("KTXwriter".into(), WRITER.into()));
     // A cube's orientation is `rd` by definition; stating it is left to the specification.
-    if texture.shape == Shape::Table {
+    if texture.shape != Shape::Cube {
         pairs.push(("KTXorientation".into(), "rd".into()));
     }
     // Byte order of UTF-8 is code point order.

@@ -14,6 +14,7 @@ mod hdr;
 mod ktx2;
 mod output;
 mod png;
+mod sh;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -24,6 +25,7 @@ pub use self::hdr::Hdr;
 pub use self::ktx2::Ktx2;
 pub use self::output::{Output, Written};
 pub use self::png::Png;
+pub use self::sh::sh_json;
 
 use crate::error::{Error, Result, nearest};
 use crate::texture::{Meta, Shape, Texture};
@@ -34,6 +36,8 @@ pub trait Format: Sync {
     fn name(&self) -> &'static str;
     /// The file extension that selects it, without the dot.
     fn extension(&self) -> &'static str;
+    /// Can it hold more than one level?
+    fn holds_mips(&self) -> bool;
     /// The encodings that it can hold for this shape; empty when it cannot hold the shape at all.
     fn encodings(&self, shape: Shape) -> Vec<Encoding>;
     /// What is written when the user names no encoding: half float where the container has it.
@@ -86,6 +90,7 @@ pub fn choose(format: &dyn Format, shape: Shape, channels: usize, wanted: Option
         let others: Vec<String> = others.map(|f| format!(".{}", f.extension())).collect();
         let thing = match shape {
             Shape::Cube => "a cube".into(),
+            Shape::Map => "a picture of radiance".into(),
             Shape::Table => format!("a table of {channels} channels"),
         };
         let help = format!("formats that can: {}", others.join(", "));
@@ -162,11 +167,17 @@ fn check(path: &Path, format: &dyn Format, texture: &Texture, encoding: Encoding
     let full_chain = 32 - texture.width.max(texture.height).leading_zeros() as usize;
     let shape_holds = match texture.shape {
         Shape::Table => levels == 1,
+        Shape::Map => (1..=full_chain).contains(&levels) && is_map(&texture.meta),
         Shape::Cube => texture.width == texture.height && (1..=full_chain).contains(&levels),
     };
     if texture.width == 0 || texture.height == 0 || !shape_holds {
         let size = format!("{} × {}, {levels} levels", texture.width, texture.height);
         return Err(cannot(&format!("a {:?} cannot have this size: {size}", texture.shape)));
+    }
+    if levels > 1 && !format.holds_mips() {
+        let help = "use --mips 1, or write a .ktx2 or .exr file";
+        let what = format!("cannot write '{}': {} holds one level, not {levels}", path.display(), format.name());
+        return Err(Error::usage(what, help));
     }
     if let Some(level) = (0..levels).find(|&i| texture.levels[i].len() != texture.level_len(i)) {
         return Err(cannot(&format!("level {level} holds the wrong number of values")));
@@ -202,6 +213,11 @@ fn check(path: &Path, format: &dyn Format, texture: &Texture, encoding: Encoding
         check_range(path, format, encoding, channel, &(low..=high))?;
     }
     Ok(())
+}
+
+/// Does the meta say that the texels are a picture of the sphere?
+fn is_map(meta: &Meta) -> bool {
+    matches!(meta.get("projection"), Some("equirect" | "octahedral"))
 }
 
 fn is_line(text: &str) -> bool {

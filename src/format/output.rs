@@ -63,11 +63,16 @@ impl Output {
     }
 
     /// Writes the texture and puts the file in place, over an older one.
-    pub fn commit(mut self, format: &dyn Format, texture: &Texture, encoding: Encoding) -> Result<Written> {
+    pub fn commit(self, format: &dyn Format, texture: &Texture, encoding: Encoding) -> Result<Written> {
         let bytes = format.to_bytes(&self.path, texture, encoding)?;
         let rounding = rounding(texture, encoding)?;
+        Ok(Written { bytes: self.commit_bytes(&bytes)?, rounding })
+    }
+
+    /// The same with a file's content; its size in bytes.
+    pub fn commit_bytes(mut self, bytes: &[u8]) -> Result<u64> {
         // Synced before the rename: otherwise a crash could leave the new name with an empty file behind it.
-        let written = self.part.write_all(&bytes).and_then(|()| self.part.as_file().sync_all());
+        let written = self.part.write_all(bytes).and_then(|()| self.part.as_file().sync_all());
         written.map_err(|e| Error::io("write", &self.path, e))?;
         self.part.persist(&self.path).map_err(|e| Error::io("write", &self.path, e.error))?;
         // The rename itself is made durable where the system can; the file is in place either way.
@@ -75,6 +80,6 @@ impl Output {
         let _ = fs::File::open(&self.folder).and_then(|folder| folder.sync_all());
         #[cfg(not(unix))]
         let _ = &self.folder;
-        Ok(Written { bytes: bytes.len() as u64, rounding })
+        Ok(bytes.len() as u64)
     }
 }

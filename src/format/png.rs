@@ -29,10 +29,14 @@ impl Format for Png {
         "png"
     }
 
+    fn holds_mips(&self) -> bool {
+        false
+    }
+
     fn encodings(&self, shape: Shape) -> Vec<Encoding> {
         let names: &[&str] = match shape {
             Shape::Table => &["r8unorm", "rgb8unorm", "r16unorm", "rgb16unorm"],
-            Shape::Cube => &[],
+            Shape::Map | Shape::Cube => &[],
         };
         names.iter().map(|name| Encoding::parse(name).expect("each name is in ENCODINGS")).collect()
     }

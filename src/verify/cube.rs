@@ -1,24 +1,29 @@
-//! Checks a prefiltered cube: what any correct one obeys, and each mip against a brute-force convolution of the source,
-//! or of the file's own mip 0 where the source is not at hand.
+//! Checks a filtered environment: what any correct one obeys, and each mip against a brute-force convolution of the
+//! source, or of the file's own mip 0 where the source is not at hand.
 //!
-//! Without the source, mip 0 is taken as piecewise constant over its texels. The source was sharper than that, so the expected difference
-//! grows as lobes get narrower: a box of angular size s widens a lobe of width alpha by a relative s²/(12 alpha²), which
-//! the bound of each mip allows for, beside the rounding of the encoding.
+//! **Laws.** Radiance is finite and not negative; no mip is brighter than the source or mip 0; a wider lobe leaves less
+//! variance; faces have no rings at their seams ([`super::seams`]).
+//!
+//! **Mip 0 as a source.** A cube's mip 0 is taken as piecewise constant over its texels. The source was sharper than
+//! that, so the expected difference grows as lobes get narrower: a box of angular size s widens a lobe of width alpha by
+//! a relative s²/(12 alpha²), which the bound of each mip allows for, beside the rounding of the encoding.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::environment::{self, WORST};
+use super::environment::{self, Scale};
+use super::seams::{self, Seams};
 use super::table::Extent;
 use crate::bake::specular::SpecularJob;
-use crate::env::Equirect;
-use crate::env::orientation::{centre, normalized, solid_angle};
+use crate::env::Environment;
+use crate::env::orientation::{centre, normalized};
+use crate::env::projection::Projection;
 use crate::error::Result;
 use crate::format::Encoding;
-use crate::ndf::ggx;
 use crate::progress::{OnProgress, tick};
 use crate::quadrature::gauss_legendre::gauss_legendre;
 use crate::term::cube;
+use crate::term::zonal::{Peak, Zonal};
 use crate::texture::Texture;
 
 /// Texels a mip of a spot check; a full check looks at this many times more.
@@ -43,17 +48,36 @@ pub struct MipReport {
     pub rms: f64,
     /// Largest relative difference.
     pub worst: f64,
+    /// Relative difference of the sum over the texels; only against the source.
+    pub bias: Option<f64>,
     /// What `rms` may be.
     pub bound: f64,
+}
+
+/// What a level is like, whatever its source.
+#[derive(Clone, Debug, Serialize)]
+pub struct LevelReport {
+    /// Which mip.
+    pub mip: usize,
+    /// Mean radiance over the sphere, per channel.
+    pub mean: [f64; 3],
+    /// Variance over the sphere, relative to the square of the mean, summed over the channels.
+    pub variance: f64,
+    /// Its greatest value.
+    pub peak: f64,
+    /// Rings at its seams, where faces are large enough.
+    pub seams: Option<Seams>,
 }
 
 /// What a check found.
 #[derive(Clone, Debug, Serialize)]
 pub struct CubeReport {
-    /// Mip by mip, from mip 1.
+    /// Mip by mip, those that were compared.
     pub mips: Vec<MipReport>,
     /// Mips whose lobes are too narrow beside mip 0's texels to be checked without the source.
     pub skipped: Vec<usize>,
+    /// Mip by mip.
+    pub levels: Vec<LevelReport>,
     /// Mean radiance of mip 0, per channel.
     pub mean: [f64; 3],
     /// What is wrong, in sentences; empty when everything holds.
@@ -69,43 +93,34 @@ struct Cell {
     radiance: [f64; 3],
 }
 
-/// Checks a cube whose mip m holds the GGX kernel of width `alpha[m]`.
+/// Checks an environment that `job` describes, by itself.
 pub fn check(
+    job: &SpecularJob,
     texture: &Texture,
-    alpha: &[f64],
     encoding: Encoding,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<CubeReport> {
     let mut failures = vec![];
-    if alpha.len() != texture.levels.len() {
-        failures.push(format!("{} mips, but {} widths are stated", texture.levels.len(), alpha.len()));
-    }
-    for (mip, level) in texture.levels.iter().enumerate() {
-        if let Some(bad) = level.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
-            failures.push(format!("mip {mip} holds {} at value {bad}", level[bad]));
-        }
-    }
-    let cells = cells(texture);
-    let mean = mean(texture, 0);
-    if !failures.is_empty() {
-        return Ok(CubeReport { mips: vec![], skipped: vec![], mean, failures });
+    let levels = laws(job, texture, encoding, &mut failures);
+    let mean = mean(texture, job.projection, 0);
+    if !failures.is_empty() || job.projection != Projection::Cube || job.filtered().start == 0 {
+        return Ok(CubeReport {
+            mips: vec![],
+            skipped: job.filtered().map(|m| m as usize).collect(),
+            levels,
+            mean,
+            failures,
+        });
     }
 
-    // No convolution is brighter than its source; stored values may be half a step more.
-    let brightest = |level: &[f32]| f64::from(level.iter().copied().fold(0.0, f32::max));
-    let top = brightest(&texture.levels[0]);
+    let cells = cells(texture);
     let texel_rad = 2.0 / f64::from(texture.width);
     let (mut mips, mut skipped) = (vec![], vec![]);
-    for mip in 1..texture.levels.len().min(alpha.len()) {
-        tick(on, "verify: mips", mip as f64 / texture.levels.len() as f64)?;
-        let peak = brightest(&texture.levels[mip]);
-        // The point sample of a sharp lobe may exceed a box average; beyond mip 0's texels it may not.
-        let alpha = alpha[mip];
-        let blur = (texel_rad / alpha).powi(2) / 12.0;
-        if peak > top * (1.0 + blur + 1e-3) {
-            failures.push(format!("mip {mip} reaches {peak}, more than mip 0's {top}"));
-        }
+    for m in job.filtered() {
+        tick(on, "verify: mips", f64::from(m) / f64::from(job.mips))?;
+        let (mip, alpha) = (m as usize, job.alpha(m));
+        let blur = (2.0 * texel_rad / (job.kernel.scale)(alpha)).powi(2) / 12.0;
         if blur > MOST_BLUR {
             skipped.push(mip);
             continue;
@@ -115,10 +130,8 @@ pub fn check(
         let errors: Vec<f64> = chosen
             .par_iter()
             .flat_map_iter(|(face, x, y)| {
-                let (size, _) = texture.level_size(mip);
-                let (s, t) = centre(*x, *y, size);
-                let n = normalized(cube::direction(*face, s, t));
-                let expected = convolve(&cells, texel_rad, n, alpha);
+                let n = job.axis(m, *face, *x, *y);
+                let expected = convolve(&cells, texel_rad, n, job.kernel, alpha);
                 let found = texture.texel(mip, *face, *x, *y);
                 (0..3).map(|c| relative(f64::from(found[c]), expected[c])).collect::<Vec<_>>()
             })
@@ -131,7 +144,8 @@ pub fn check(
             texels: chosen.len(),
             rms,
             worst: errors.iter().copied().fold(0.0, f64::max),
-            bound: 2e-3 + step + blur,
+            bias: None,
+            bound: 1e-3 + job.quality.rms_bound + step + blur,
         };
         if errors.is_empty() || rms.is_nan() || rms > report.bound {
             failures.push(format!(
@@ -141,19 +155,17 @@ pub fn check(
         }
         mips.push(report);
     }
-    Ok(CubeReport { mips, skipped, mean, failures })
+    Ok(CubeReport { mips, skipped, levels, mean, failures })
 }
 
 /// The mean radiance of mip 0 may differ from the source's by this share.
 const MEAN_BOUND: f64 = 1e-4;
-/// Root mean square of the relative errors of one mip, before rounding.
-const RMS_BOUND: f64 = 1.5e-3;
 
-/// Checks a cube that `job` describes against the environment that it was baked from.
-pub fn check_with_source(
+/// Checks an environment that `job` describes against the one that it was baked from.
+pub fn check_with_source<'a>(
     job: &SpecularJob,
     texture: &Texture,
-    source: &Equirect,
+    source: impl Into<Environment<'a>>,
     encoding: Encoding,
     extent: Extent,
     on: &mut OnProgress<'_>,
@@ -163,18 +175,25 @@ pub fn check_with_source(
         Extent::Full => environment::Extent::THOROUGH,
     };
     let step = encoding.half_ulp_at(1.0, 1.0);
-    let (rms_bound, worst_bound) = (RMS_BOUND + step, WORST + step);
+    let (rms_bound, worst_bound) = (job.quality.rms_bound + step, job.quality.worst_bound + step);
     let mut failures = vec![];
-    let mean = mean(texture, 0);
-    let expected = source.mean();
-    for c in 0..3 {
+    let levels = laws(job, texture, encoding, &mut failures);
+    let mean = mean(texture, job.projection, 0);
+    let source = source.into();
+    let expected = source.picture.mean();
+    for c in (0..3).filter(|_| job.filtered().start > 0) {
         let off = relative(mean[c], expected[c]);
-        if off.is_nan() || off > MEAN_BOUND {
+        // All texels of a constant channel may be rounded alike.
+        if off.is_nan() || off > MEAN_BOUND + step {
             let name = &texture.channels[c];
             failures.push(format!("the mean of mip 0, channel {name}, is {} instead of {}", mean[c], expected[c]));
         }
     }
-    let found = environment::check(job, source, texture, extent, on)?;
+    let brightest = f64::from(source.picture.texels().iter().flatten().copied().fold(0.0, f32::max));
+    for level in levels.iter().filter(|l| l.peak > brightest * (1.0 + 1e-6 + step)) {
+        failures.push(format!("mip {} reaches {}, more than the source's {brightest}", level.mip, level.peak));
+    }
+    let found = environment::check(job, &source, texture, extent, on)?;
     for e in &found {
         let holds = e.rms <= rms_bound && e.max <= worst_bound;
         if !holds {
@@ -190,24 +209,86 @@ pub fn check_with_source(
         texels: e.texels as usize,
         rms: e.rms,
         worst: e.max,
+        bias: Some(e.bias),
         bound: rms_bound,
     };
-    Ok(CubeReport { mips: found.into_iter().map(report).collect(), skipped: vec![], mean, failures })
+    Ok(CubeReport { mips: found.into_iter().map(report).collect(), skipped: vec![], levels, mean, failures })
+}
+
+/// What every filtered environment obeys.
+fn laws(job: &SpecularJob, texture: &Texture, encoding: Encoding, failures: &mut Vec<String>) -> Vec<LevelReport> {
+    for (mip, level) in texture.levels.iter().enumerate() {
+        if let Some(bad) = level.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
+            failures.push(format!("mip {mip} holds {} at value {bad}", level[bad]));
+        }
+    }
+    if !failures.is_empty() {
+        return vec![];
+    }
+    let rounding = encoding.half_ulp_at(1.0, 1.0);
+    let levels: Vec<LevelReport> = (0..texture.levels.len())
+        .map(|mip| {
+            let mean = mean(texture, job.projection, mip);
+            LevelReport {
+                mip,
+                mean,
+                variance: variance(texture, job.projection, mip, mean),
+                peak: f64::from(texture.levels[mip].iter().copied().fold(0.0, f32::max)),
+                seams: seams::measure(texture, job.projection, mip).filter(|_| job.filtered().contains(&(mip as u32))),
+            }
+        })
+        .collect();
+    let texel_rad = 2.0 / f64::from(texture.height);
+    for pair in levels.windows(2) {
+        let [above, level] = pair else { continue };
+        // The point sample of a sharp lobe may exceed a box average; beyond mip 0's texels it may not.
+        let blur = (2.0 * texel_rad / (job.kernel.scale)(job.alpha(level.mip as u32))).powi(2) / 12.0;
+        if level.peak > levels[0].peak * (1.0 + blur + 1e-3) {
+            failures.push(format!("mip {} reaches {}, more than mip 0's {}", level.mip, level.peak, levels[0].peak));
+        }
+        // Lobes with a peak at their axis blur more as they get wider. A few texels make a poor mean of squares.
+        let size = job.level_size(level.mip as u32).1;
+        let tolerance = if size >= 16 { 0.03 } else { 0.5 } + blur.min(1.0);
+        let before = if job.kernel.peak == Peak::Axis { above.variance } else { levels[0].variance };
+        if level.variance > before * (1.0 + tolerance) + 1e-5 {
+            let name = if job.kernel.peak == Peak::Axis { above.mip } else { 0 };
+            let (after, mip) = (level.variance, level.mip);
+            failures.push(format!("mip {mip} has more variance than mip {name}: {after:.3e} after {before:.3e}"));
+        }
+    }
+    for level in &levels {
+        if let Some(seams) = level.seams.filter(|s| !s.are_clean(rounding)) {
+            failures.push(format!(
+                "mip {} has rings at its seams: steps across are off by {:.1e}, at the edge by {:.1e}, inside by {:.1e}",
+                level.mip, seams.across, seams.edge, seams.within
+            ));
+        }
+    }
+    levels
 }
 
 /// Mean radiance over the sphere of a level.
-pub fn mean(texture: &Texture, mip: usize) -> [f64; 3] {
-    let (size, _) = texture.level_size(mip);
+pub fn mean(texture: &Texture, projection: Projection, mip: usize) -> [f64; 3] {
+    over_sphere(texture, projection, mip, |texel| [0, 1, 2].map(|c| f64::from(texel[c])))
+}
+
+fn variance(texture: &Texture, projection: Projection, mip: usize, mean: [f64; 3]) -> f64 {
+    let squares = over_sphere(texture, projection, mip, |texel| {
+        [0, 1, 2].map(|c| ((f64::from(texel[c]) - mean[c]) / mean[c].max(f64::MIN_POSITIVE)).powi(2))
+    });
+    squares.iter().sum()
+}
+
+/// Means over the sphere, by solid angle.
+fn over_sphere(texture: &Texture, projection: Projection, mip: usize, of: impl Fn(&[f32]) -> [f64; 3]) -> [f64; 3] {
+    let (width, height) = texture.level_size(mip);
     let (mut sum, mut total) = ([0.0; 3], 0.0);
-    for face in 0..6 {
-        for y in 0..size {
-            for x in 0..size {
-                let corner = |i: u32| 2.0 * f64::from(i) / f64::from(size) - 1.0;
-                let (s0, t0, s1, t1) = (corner(x), corner(y), corner(x + 1), corner(y + 1));
-                let solid_angle_sr =
-                    solid_angle(s1, t1) - solid_angle(s0, t1) - solid_angle(s1, t0) + solid_angle(s0, t0);
-                let texel = texture.texel(mip, face, x, y);
-                sum.iter_mut().zip(texel).for_each(|(s, v)| *s += solid_angle_sr * f64::from(*v));
+    for y in 0..height {
+        for x in 0..width {
+            let solid_angle_sr = projection.solid_angle_sr(x, y, width, height);
+            for face in 0..projection.faces() {
+                let value = of(texture.texel(mip, face, x, y));
+                sum.iter_mut().zip(value).for_each(|(s, v)| *s += solid_angle_sr * v);
                 total += solid_angle_sr;
             }
         }
@@ -235,10 +316,11 @@ fn cells(texture: &Texture) -> Vec<Cell> {
     cells
 }
 
-/// ∫ L(l) D(h) (n·l) dω / ∫ D(h) (n·l) dω with n = v (Karis 2013), L constant over the cells: each cell is cut until it
-/// is small beside the lobe or beside its distance from the lobe's centre.
-fn convolve(cells: &[Cell], size: f64, n: [f64; 3], alpha: f64) -> [f64; 3] {
+/// ∫ K L dω / ∫ K dω around `n`, L constant over the cells: each cell is cut until it is small beside the lobe or beside
+/// its distance from the lobe's centre.
+fn convolve(cells: &[Cell], size: f64, n: [f64; 3], kernel: &Zonal, alpha: f64) -> [f64; 3] {
     let rule = gauss_legendre(2);
+    let scale = Scale::of(kernel, alpha);
     let (mut sum, mut norm) = ([0.0; 3], 0.0);
     for cell in cells {
         let cos = cell.direction.iter().zip(n).map(|(a, b)| a * b).sum::<f64>();
@@ -246,7 +328,8 @@ fn convolve(cells: &[Cell], size: f64, n: [f64; 3], alpha: f64) -> [f64; 3] {
             continue;
         }
         let away = (2.0 - 2.0 * cos).max(0.0).sqrt() - size;
-        let parts = (size / (CELL_SHARE * away.max(alpha))).ceil().clamp(1.0, 64.0) as u32;
+        let length = if scale.peak == Peak::Axis { away.max(0.5 * scale.width_rad) } else { scale.width_rad };
+        let parts = (size / (CELL_SHARE * length)).ceil().clamp(1.0, 64.0) as u32;
         let step = size / f64::from(parts);
         let mut weight = 0.0;
         for i in 0..parts {
@@ -260,10 +343,10 @@ fn convolve(cells: &[Cell], size: f64, n: [f64; 3], alpha: f64) -> [f64; 3] {
                         let (s, t) = (s0 + 0.5 * step * a.x, t0 + 0.5 * step * b.x);
                         let length2 = 1.0 + s * s + t * t;
                         let l = cube::direction(cell.face, s, t);
-                        let n_dot_l = l.iter().zip(n).map(|(a, b)| a * b).sum::<f64>() / length2.sqrt();
-                        if n_dot_l > 0.0 {
-                            let d = ggx::d(0.5 * (1.0 + n_dot_l), 0.5 * (1.0 - n_dot_l), alpha);
-                            weight += 0.25 * step * step * d * n_dot_l / (length2 * length2.sqrt());
+                        let mu = l.iter().zip(n).map(|(a, b)| a * b).sum::<f64>() / length2.sqrt();
+                        if mu > 0.0 {
+                            let k = (kernel.value)(0.5 - 0.5 * mu, alpha);
+                            weight += 0.25 * step * step * k / (length2 * length2.sqrt());
                         }
                     }
                 }

@@ -1,6 +1,7 @@
 //! The independent truth of a filtered environment: a sum over the texels of the source, in f64.
 //!
-//! Every texel is a constant over its solid angle. It is cut into parts by its distance from the lobe's axis, and the
+//! Every texel is a constant over its solid angle. Here those of an equirectangular source are summed; a cube's are in
+//! [`super::cube_truth`]. A texel is cut into parts by its distance from the lobe's axis, and the
 //! kernel is integrated over each part by 2 × 2 Gauss points in (θ, φ). No tree, no moments, no smoothing at the horizon:
 //! nothing is shared with what is checked but the source and the kernel.
 
@@ -8,14 +9,13 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
+use super::cube_truth::CubeTruth;
 use crate::bake::specular::SpecularJob;
-use crate::env::{Equirect, orientation};
+use crate::env::{Environment, Equirect, Picture};
 use crate::error::Result;
 use crate::progress::{OnProgress, tick};
+use crate::term::zonal::{Peak, Zonal};
 use crate::texture::Texture;
-
-/// What no checked texel may be off by, relative to its value.
-pub const WORST: f64 = 1e-2;
 
 /// How many texels of every mip are compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,67 +36,95 @@ impl Extent {
 /// Errors of one mip relative to the truth, over the channels of the checked texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MipError {
-    /// Which mip, from 1.
+    /// Which mip.
     pub mip: u32,
     /// Root of the mean square.
     pub rms: f64,
     /// Largest.
     pub max: f64,
+    /// Of the sum over the checked texels: energy that was gained, negative where lost.
+    pub bias: f64,
     /// Texels compared.
     pub texels: u32,
 }
 
-/// Compares filtered mips with the truth. `cube` holds RGB (or RGBA) texels; mip 0 is not looked at.
-pub fn check(
+/// Compares filtered mips with the truth. `cube` holds RGB (or RGBA) texels; what is not filtered is not looked at.
+pub fn check<'a>(
     job: &SpecularJob,
-    source: &Equirect,
+    source: impl Into<Environment<'a>>,
     cube: &Texture,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<Vec<MipError>> {
-    let truth = Truth::new(source);
-    let brightest = brightest(source);
+    let Environment { picture, frame } = source.into();
+    let brightest = frame.from_picture(brightest(&picture));
+    let truth = AnyTruth::new(&picture);
     // A channel that is black in the source compares with this instead of 0.
-    let floor = 1e-9 * source.mean().iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let floor = 1e-9 * picture.mean().iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let mut found = vec![];
-    for mip in 1..job.mips {
-        tick(on, "checking against the truth", f64::from(mip - 1) / f64::from(job.mips - 1))?;
+    for mip in job.filtered() {
+        tick(on, "checking against the truth", f64::from(mip) / f64::from(job.mips))?;
         let alpha = job.alpha(mip);
-        let texels = chosen(job.level_size(mip), mip, brightest, extent);
+        let texels = chosen(job, mip, brightest, extent);
         let norm = (job.kernel.norm)(alpha);
-        let axes: Vec<_> = texels.iter().map(|[face, x, y]| job.axis(mip, *face, *x, *y)).collect();
-        let exact = truth.integrals(&axes, 2.0 * alpha, |h| (job.kernel.values)(h, alpha));
+        let axis = |[face, x, y]: &[u32; 3]| frame.to_picture(job.axis(mip, *face, *x, *y));
+        let axes: Vec<_> = texels.iter().map(axis).collect();
+        let exact = truth.integrals(&axes, Scale::of(job.kernel, alpha), |h| (job.kernel.values)(h, alpha));
         let (mut squares, mut max) = (0.0, 0.0f64);
+        let (mut gained, mut whole) = (0.0, 0.0);
         for ([face, x, y], exact) in texels.iter().zip(&exact) {
             for (k, exact) in exact.iter().enumerate() {
                 let got = f64::from(cube.texel(mip as usize, *face, *x, *y)[k]);
                 let error = (got - exact / norm).abs() / (exact / norm).max(floor);
                 squares += error * error;
+                gained += got - exact / norm;
+                whole += exact / norm;
                 // A NaN must not get lost in max().
                 max = if error > max || error.is_nan() { error } else { max };
             }
         }
         let rms = (squares / (3 * texels.len()) as f64).sqrt();
-        found.push(MipError { mip, rms, max, texels: texels.len() as u32 });
+        found.push(MipError { mip, rms, max, bias: gained / whole.max(floor), texels: texels.len() as u32 });
     }
     tick(on, "checking against the truth", 1.0)?;
     Ok(found)
 }
 
 /// The direction of the brightest texel.
-fn brightest(source: &Equirect) -> [f64; 3] {
+fn brightest(picture: &Picture<'_>) -> [f64; 3] {
+    let texels = picture.texels();
     let sum = |t: &[f32; 3]| t[0] + t[1] + t[2];
-    let by_sum = |a: &usize, b: &usize| sum(&source.texels[*a]).total_cmp(&sum(&source.texels[*b])).then(b.cmp(a));
-    let at = (0..source.texels.len()).max_by(by_sum).expect("a picture has texels");
-    let (x, y) = (at % source.width as usize, at / source.width as usize);
-    let centre = |i: usize, n: u32| (i as f64 + 0.5) / f64::from(n);
-    Equirect::direction(centre(x, source.width), centre(y, source.height))
+    let by_sum = |a: &usize, b: &usize| sum(&texels[*a]).total_cmp(&sum(&texels[*b])).then(b.cmp(a));
+    picture.direction((0..texels.len()).max_by(by_sum).expect("a picture has texels"))
+}
+
+/// The truth of either kind of picture.
+enum AnyTruth<'a> {
+    Equirect(Truth<'a>),
+    Cube(CubeTruth<'a>),
+}
+
+impl<'a> AnyTruth<'a> {
+    fn new(picture: &'a Picture<'_>) -> Self {
+        match picture {
+            Picture::Equirect(picture) => AnyTruth::Equirect(Truth::new(picture)),
+            Picture::Cube(picture) => AnyTruth::Cube(CubeTruth::new(picture)),
+        }
+    }
+
+    fn integrals(&self, directions: &[[f64; 3]], scale: Scale, kernel: impl Fn(&mut [f64]) + Sync) -> Vec<[f64; 3]> {
+        match self {
+            AnyTruth::Equirect(truth) => truth.integrals(directions, scale, kernel),
+            AnyTruth::Cube(truth) => truth.integrals(directions, scale, kernel),
+        }
+    }
 }
 
 /// Face, column and row of the texels to compare: all where there are few.
-fn chosen(size: u32, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32; 3]> {
-    let count = 6 * size * size;
-    let texel = |i: u32| [i / (size * size), i % size, i / size % size];
+fn chosen(job: &SpecularJob, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32; 3]> {
+    let (width, height) = job.level_size(mip);
+    let count = job.projection.faces() * width * height;
+    let texel = |i: u32| [i / (width * height), i % width, i / width % height];
     if count <= extent.random + extent.bright {
         return (0..count).map(texel).collect();
     }
@@ -109,15 +137,31 @@ fn chosen(size: u32, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32;
         ((u128::from(z ^ (z >> 31)) * u128::from(count)) >> 64) as u32
     };
     let mut texels: Vec<_> = (0..extent.random).map(|_| texel(random())).collect();
-    let (face, s, t) = orientation::locate(brightest);
-    let at = |x: f64| (((x + 1.0) / 2.0 * f64::from(size)) as i64).clamp(0, i64::from(size) - 1);
-    let (x0, y0) = (at(s), at(t));
+    let (face, s, t) = job.projection.locate(brightest);
+    let at = |x: f64, n: u32| (((x + 1.0) / 2.0 * f64::from(n)) as i64).clamp(0, i64::from(n) - 1);
+    let (x0, y0) = (at(s, width), at(t, height));
     let mut near: Vec<(i64, i64)> = (-4..=4).flat_map(|y| (-4..=4).map(move |x| (x, y))).collect();
     near.sort_by_key(|(x, y)| x * x + y * y);
-    let inside = |v: i64| (0..i64::from(size)).contains(&v);
-    let near = near.iter().map(|(x, y)| (x0 + x, y0 + y)).filter(|(x, y)| inside(*x) && inside(*y));
+    let inside = |v: i64, n: u32| (0..i64::from(n)).contains(&v);
+    let near = near.iter().map(|(x, y)| (x0 + x, y0 + y)).filter(|(x, y)| inside(*x, width) && inside(*y, height));
     texels.extend(near.take(extent.bright as usize).map(|(x, y)| [face, x as u32, y as u32]));
     texels
+}
+
+/// On what angle a kernel varies, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// The angle, in radians.
+    pub width_rad: f64,
+    /// Where it is that narrow.
+    pub peak: Peak,
+}
+
+impl Scale {
+    /// The scale of a registered kernel.
+    pub fn of(kernel: &Zonal, alpha: f64) -> Self {
+        Self { width_rad: (kernel.scale)(alpha), peak: kernel.peak }
+    }
 }
 
 /// A source, with the tables that every direction needs.
@@ -137,6 +181,9 @@ const GAUSS: f64 = 0.288_675_134_594_812_9;
 const FAR: f64 = 90.0;
 /// Within this many texel sides, texels are cut; parts are at most 1/NEAR of their distance.
 const NEAR: f64 = 8.0;
+/// A ring at the horizon is cut this many times its width above it, if it is not [`COARSE`] texel sides wide.
+const RING: f64 = 14.0;
+const COARSE: f64 = 3.0;
 
 impl<'a> Truth<'a> {
     /// Prepares a source.
@@ -150,8 +197,8 @@ impl<'a> Truth<'a> {
     }
 
     /// ∫ kernel(h) L dω around `n`, a unit vector, with h = (1 − n·ω)/2; directions with n·ω ≤ 0 count nothing.
-    /// `kernel` replaces every h by the kernel's value; `width_rad` is the scale on which that varies at its peak.
-    pub fn integral(&self, n: [f64; 3], width_rad: f64, kernel: impl Fn(&mut [f64])) -> [f64; 3] {
+    /// `kernel` replaces every h by the kernel's value.
+    pub fn integral(&self, n: [f64; 3], scale: Scale, kernel: impl Fn(&mut [f64])) -> [f64; 3] {
         let (width, side) = (i64::from(self.source.width), self.d_theta.max(self.d_phi));
         // n·ω on each row is A + B cos(φ − φ_n): what is nearer than a distance lies between two columns.
         let along = |table: &[[f64; 2]]| table.iter().map(|[c, s]| n[0] * c + n[2] * s).collect::<Vec<f64>>();
@@ -159,9 +206,18 @@ impl<'a> Truth<'a> {
         let middle = (n[2].atan2(n[0]) + PI) / self.d_phi - 0.5;
         let within = |distance: f64| 1.0 - 0.5 * distance * distance;
         // From the outside in: what is not wholly below the horizon, what is wholly above it, near, very near.
-        let edge = 1.1 * side;
-        let nearest = if width_rad > 4.0 * side { 2.0 } else { within(NEAR * side) };
-        let bounds = [-edge, edge, within(FAR * side), nearest];
+        let below = 1.1 * side;
+        let (edge, far, nearest) = match scale.peak {
+            Peak::Axis if scale.width_rad > 4.0 * side => (below, within(FAR * side), 2.0),
+            Peak::Axis => (below, within(FAR * side), within(NEAR * side)),
+            // Beside the ring, K is steep everywhere.
+            Peak::Horizon if scale.width_rad > COARSE * side => (below, below, within(NEAR * side)),
+            Peak::Horizon => {
+                let edge = below.max((RING * scale.width_rad).min(0.7));
+                (edge, edge, within(NEAR * side).max(edge))
+            }
+        };
+        let bounds = [-below, edge, far, nearest];
 
         let mut total = [0.0; 3];
         let mut h = Vec::with_capacity(self.source.width as usize);
@@ -225,7 +281,7 @@ impl<'a> Truth<'a> {
                 pieces(from, to, &mut |x0, x1| {
                     for x in x0..x1 {
                         let distance = (2.0 - 2.0 * (n[1] * cos + sin * centres[x])).max(0.0).sqrt();
-                        let mean = self.by_parts(n, y, x, distance, width_rad, &kernel);
+                        let mean = self.by_parts(n, y, x, distance, scale, &kernel);
                         (0..3).for_each(|c| sum[c] += mean * f64::from(row[x][c]));
                     }
                 });
@@ -242,11 +298,14 @@ impl<'a> Truth<'a> {
         y: u32,
         x: usize,
         distance: f64,
-        width_rad: f64,
+        scale: Scale,
         kernel: &impl Fn(&mut [f64]),
     ) -> f64 {
         let side = self.d_theta.max(self.d_phi);
-        let size = ((distance - side) / NEAR).max(0.25 * width_rad);
+        let size = match scale.peak {
+            Peak::Axis => ((distance - side) / NEAR).max(0.25 * scale.width_rad),
+            Peak::Horizon => ((distance - side) / NEAR).max(0.01 * side).min(0.25 * scale.width_rad),
+        };
         let theta = (f64::from(y) + 0.5) * self.d_theta;
         let parts = |side: f64| ((side / size).ceil() as usize).clamp(4, 256);
         let (rows, columns) = (parts(self.d_theta), parts(self.d_phi * (theta.sin() + 0.5 * self.d_theta).min(1.0)));
@@ -279,9 +338,9 @@ impl<'a> Truth<'a> {
     pub fn integrals(
         &self,
         directions: &[[f64; 3]],
-        width_rad: f64,
+        scale: Scale,
         kernel: impl Fn(&mut [f64]) + Sync,
     ) -> Vec<[f64; 3]> {
-        directions.par_iter().map(|n| self.integral(*n, width_rad, &kernel)).collect()
+        directions.par_iter().map(|n| self.integral(*n, scale, &kernel)).collect()
     }
 }

@@ -1,6 +1,8 @@
 //! Checks: the independent truth, the laws, and what they say of a file.
 
 pub mod cube;
+pub mod cube_truth;
 pub mod environment;
+pub mod seams;
 pub mod table;
 pub mod truth;

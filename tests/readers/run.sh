@@ -1,5 +1,6 @@
 #!/bin/sh
 # Reads files of every format with libraries that are not ours: OpenImageIO, OpenEXR and Pillow (Python), ktx-parse (node).
+# The other way round, environments that the Python ones wrote are read here.
 # Installs them under target/readers; Python's venv, node and npm come from apt when they are missing. Fails loudly.
 set -eu
 cd "$(dirname "$0")/../.."
@@ -38,3 +39,7 @@ rm -rf "$samples"
 cargo run --quiet --release --example write_samples -- "$samples"
 "$work/venv/bin/python" "$readers/read.py" "$samples"
 node "$work/read.mjs" "$samples"
+
+rm -rf "$work/inputs"
+"$work/venv/bin/python" "$readers/write.py" "$work/inputs"
+cargo run --quiet --release --example read_inputs -- "$work/inputs"

@@ -1,4 +1,5 @@
 // GGX lobe (Trowbridge-Reitz; Walter et al. 2007, Eq. 33) with the weight n.w. Rust twin: src/term/zonal/ggx.rs.
+#define SHARP_HORIZON 0
 
 // Mean over a node and slope: (x, y).
 // Domain: h in [0, 1], mu >= 0, f in [0, 1], v >= 0, alpha in (0, 1].
@@ -9,4 +10,10 @@ vec2 over_node(float h, float mu, float f, float v, float alpha) {
     float b_r = b * r;
     float b_mu_r = b_r * mu;
     return r * r * vec2(fma(v * b_r, fma(6.0, b_mu_r, 8.0 * f), mu), f + b_mu_r);
+}
+
+// The room of a node: at first as far as it is, from 1.5 alpha up; d/1.75 in the tail; at most 0.3 to 0.6.
+float room(float away2, float reach, float extent, float alpha) {
+    float d = max(1.5 * alpha, sqrt(away2) - reach - extent);
+    return min(d * fma(10.5, alpha, d) / fma(1.75, d, 10.0 * alpha), max(0.6 - 2.0 * alpha, 0.3));
 }

@@ -18,14 +18,22 @@
 //! ```
 //!
 //! f multiplies g′, so that nodes under the horizon add nothing.
+//!
+//! **Room.** Beyond the second order, a node of half diagonal s is wrong by about (λ s)³ of what it adds, λ = |d ln K/dω|:
+//! its room is about 2/λ, and never much more than the lobe's width at the peak. Where K is low, a light must be bright
+//! to be seen beside what is at the peak, so the room of lobes that fall exponentially also grows: [`fainter`].
 
+pub mod beckmann;
+pub mod blinn_phong;
+pub mod charlie;
 pub mod ggx;
+pub mod lambert;
 
 use crate::error::{Error, Result, nearest};
 
 /// A kernel to filter with.
 pub struct Zonal {
-    /// The name used on the command line and in files; also the GLSL file's.
+    /// The name used on the command line and in files.
     pub name: &'static str,
     /// One line for lists.
     pub about: &'static str,
@@ -39,10 +47,48 @@ pub struct Zonal {
     pub over_node: fn(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2],
     /// ∫ K dω = 4π ∫ K dh over [0, ½], which a filtered environment is divided by.
     pub norm: fn(alpha: f64) -> f64,
+    /// The half diagonal, in radians, of a node that `over_node` errs little for: to be multiplied with a precision. The
+    /// node's centroid is √away2 from the middle of axes that are up to `reach` from it; the node is at most `extent`
+    /// wide to any side.
+    pub room: fn(away2: f64, reach: f64, extent: f64, alpha: f64) -> f64,
+    /// The least that `room` gives.
+    pub least_room: fn(alpha: f64) -> f64,
+    /// The angle, in radians, on which K varies at its peak.
+    pub scale: fn(alpha: f64) -> f64,
+    /// Where K is greatest.
+    pub peak: Peak,
+    /// K falls so steeply to the horizon that a node there must know its own reach in the axis's direction; a mean over
+    /// directions serves the others. The GLSL file's `SHARP_HORIZON`.
+    pub sharp_horizon: bool,
+    /// Least alpha that is filtered within the stated error; `None` where K does not depend on alpha.
+    pub least_alpha: Option<f64>,
+}
+
+impl Zonal {
+    /// Stem of the GLSL file.
+    pub fn file(&self) -> String {
+        self.name.replace('-', "_")
+    }
+}
+
+/// Where a kernel is greatest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Peak {
+    /// At the axis.
+    Axis,
+    /// On a ring just above the horizon.
+    Horizon,
+}
+
+/// How much more room there is where K is exp(−`fall`) of its peak: K^(−1/10), and below 1e-4 of the peak, where hardly
+/// any light is seen, another K^(−1/3).
+fn fainter(fall: f64) -> f64 {
+    (0.1 * fall.clamp(0.0, 200.0) + (fall - 9.21).clamp(0.0, 60.0) / 3.0).exp()
 }
 
 /// Every kernel, in the order of their documentation.
-pub static ZONALS: &[&Zonal] = &[&ggx::GGX];
+pub static ZONALS: &[&Zonal] =
+    &[&ggx::GGX, &charlie::CHARLIE, &lambert::LAMBERT, &beckmann::BECKMANN, &blinn_phong::BLINN_PHONG];
 
 /// The kernel with this name.
 pub fn parse(name: &str) -> Result<&'static Zonal> {
@@ -59,19 +105,20 @@ mod tests {
     use super::*;
     use crate::quadrature::gauss_legendre::gauss_legendre;
 
-    /// 4π ∫ K dh in x = ln(h + alpha²/4).
+    /// 4π ∫ K dh in x = ln(h + alpha²/4), or in the eighth root of h, where K starts with a fractional power.
     fn norm_by_quadrature(zonal: &Zonal, alpha: f64) -> f64 {
-        let shift = alpha * alpha / 4.0;
-        let (low, high) = (shift.ln(), (0.5 + shift).ln());
         let nodes = gauss_legendre(200);
-        let half = (high - low) / 2.0;
-        let sum: f64 = nodes
-            .iter()
-            .map(|n| {
-                let x = low + half * (n.x + 1.0);
-                n.weight * half * x.exp() * (zonal.value)((x.exp() - shift).max(0.0), alpha)
-            })
-            .sum();
+        let k = |h: f64| (zonal.value)(h, alpha);
+        let sum: f64 = if zonal.peak == Peak::Horizon {
+            let of = |t: f64| 0.5 * 8.0 * t.powi(7) * k(0.5 * t.powi(8));
+            nodes.iter().map(|n| 0.5 * n.weight * of(0.5 * (n.x + 1.0))).sum()
+        } else {
+            let shift = alpha * alpha / 4.0;
+            let (low, high) = (shift.ln(), (0.5 + shift).ln());
+            let half = (high - low) / 2.0;
+            let of = |x: f64| x.exp() * k((x.exp() - shift).max(0.0));
+            nodes.iter().map(|n| n.weight * half * of(low + half * (n.x + 1.0))).sum()
+        };
         4.0 * std::f64::consts::PI * sum
     }
 
@@ -95,28 +142,44 @@ mod tests {
             for alpha in [1.0 / 64.0, 0.2, 0.8, 1.0] {
                 for h in [1e-4, 0.003, 0.05, 0.3, 0.45] {
                     let k = |h: f64| (zonal.value)(h, alpha);
-                    let d = 1e-3 * (h + alpha * alpha);
-                    let h = h.max(d);
+                    if k(h) < 1e-200 {
+                        continue;
+                    }
+                    // The length over which K changes.
+                    let slope = (k(h * 1.000_001) / k(h)).ln() / (1e-6 * h);
+                    let length = 1.0 / (1.0 / (h + alpha * alpha) + slope.abs());
+                    let d = (1e-3 * length).min(0.5 * h);
                     let first = (k(h + d) - k(h - d)) / (2.0 * d);
                     let second = (k(h + d) - 2.0 * k(h) + k(h - d)) / (d * d);
-                    let v = 1e-4 * (h + alpha * alpha).powi(2);
+                    let v = 1e-4 * length * length;
                     let [mean, slope] = (zonal.over_node)(h, 1.0 - 2.0 * h, 1.0, v, alpha);
                     let [plain, _] = (zonal.over_node)(h, 1.0 - 2.0 * h, 1.0, 0.0, alpha);
-                    let scale = k(h).abs() / (h + alpha * alpha);
-                    assert_eq!(plain, k(h), "{} at h = {h}, alpha = {alpha}", zonal.name);
-                    assert!(
-                        (slope + first / 2.0).abs() < 1e-4 * scale,
-                        "{} at h = {h}, alpha = {alpha}: slope {slope}, differences {}",
-                        zonal.name,
-                        -first / 2.0
-                    );
+                    let scale = k(h) / length;
+                    let place = format!("{} at h = {h}, alpha = {alpha}", zonal.name);
+                    assert!((plain / k(h) - 1.0).abs() < 1e-12, "{place}: {plain}, value {}", k(h));
+                    assert!((slope + first / 2.0).abs() < 1e-4 * scale, "{place}: slope {slope}, {}", -first / 2.0);
                     let got = (mean - plain) / v;
-                    assert!(
-                        (got - second).abs() < 1e-3 * scale / (h + alpha * alpha),
-                        "{} at h = {h}, alpha = {alpha}: K'' {got}, differences {second}",
-                        zonal.name
-                    );
+                    assert!((got - second).abs() < 1e-3 * scale / length, "{place}: K'' {got}, differences {second}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn no_node_has_less_room_than_the_least() {
+        for zonal in ZONALS {
+            for alpha in [0.004, 1.0 / 64.0, 0.14, 0.5, 1.0] {
+                let rooms = (0..=400).flat_map(|i| {
+                    [(0.0, 0.0), (0.03, 0.01), (0.1, 0.3)]
+                        .map(|(reach, extent)| (zonal.room)(f64::from(i) * 0.01, reach, extent, alpha))
+                });
+                let least = rooms.fold(f64::MAX, f64::min);
+                let stated = (zonal.least_room)(alpha);
+                assert!(
+                    least > 0.3 * stated && least < 2.0 * stated,
+                    "{} at {alpha}: {least}, stated {stated}",
+                    zonal.name
+                );
             }
         }
     }

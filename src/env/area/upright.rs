@@ -1,5 +1,4 @@
-//! Exact resampling of an equirectangular picture to a cube: every cube texel gets the mean radiance over its exact
-//! solid angle. Energy is kept, nothing aliases, and no filter width is guessed.
+//! Equirectangular pictures that are turned about the vertical only, if at all.
 //!
 //! The picture is piecewise constant between circles of latitude and meridians; a cube texel is bounded by great
 //! circles. By Green's theorem, the integral of the radiance L over a texel T is a sum along T's boundary,
@@ -24,16 +23,14 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
-use super::{Equirect, orientation};
+use super::{Rgb, finish};
+use crate::env::Equirect;
 
-type Rgb = [f64; 3];
-
-/// Mean radiance of every texel of a cube with `size` × `size` texels a face: faces in order, rows from the top, RGB
-/// interleaved.
-pub fn cube(source: &Equirect, size: u32) -> Vec<f32> {
+/// Mean radiance of every texel of a cube. `azimuth_rad` is added to the output's azimuth to get the picture's.
+pub fn cube(source: &Equirect, azimuth_rad: f64, size: u32) -> Vec<f32> {
     let n = size as usize;
     let mut texels = vec![0f32; 6 * n * n * 3];
-    let grid = Grid::new(source, n);
+    let grid = Grid::new(source, azimuth_rad, n);
     texels.par_chunks_mut(n * n * 3).enumerate().for_each(|(face, out)| match face {
         2 | 3 => grid.polar_face(face == 2, out),
         _ => grid.side_face([0.0, PI, 0.0, 0.0, PI / 2.0, -PI / 2.0][face], out),
@@ -44,6 +41,7 @@ pub fn cube(source: &Equirect, size: u32) -> Vec<f32> {
 /// The picture's and the cube's lines.
 struct Grid<'a> {
     source: &'a Equirect,
+    azimuth_rad: f64,
     width: usize,
     height: usize,
     /// Texels along a side of a face.
@@ -53,9 +51,9 @@ struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    fn new(source: &'a Equirect, size: usize) -> Self {
+    fn new(source: &'a Equirect, azimuth_rad: f64, size: usize) -> Self {
         let lines = (0..=size).map(|k| 2.0 * k as f64 / size as f64 - 1.0).collect();
-        Self { source, width: source.width as usize, height: source.height as usize, size, lines }
+        Self { source, azimuth_rad, width: source.width as usize, height: source.height as usize, size, lines }
     }
 
     /// Polar angle of the picture's line above row `i`.
@@ -63,24 +61,14 @@ impl<'a> Grid<'a> {
         PI * i as f64 / self.height as f64
     }
 
-    /// Azimuth of the picture's line left of column `j`.
-    fn phi(&self, j: usize) -> f64 {
-        TAU * (j as f64 / self.width as f64 - 0.5)
+    /// Azimuth, in the output, of the picture's line left of column `j`; columns may lie beyond either end.
+    fn phi(&self, j: isize) -> f64 {
+        TAU * (j as f64 / self.width as f64 - 0.5) - self.azimuth_rad
     }
 
-    /// Divides integrals by solid angles. `texel(x, y)` is the integral over a texel.
-    fn finish(&self, out: &mut [f32], integral: impl Fn(usize, usize) -> Rgb) {
-        let corner = |x: usize, y: usize| orientation::solid_angle(self.lines[x], self.lines[y]);
-        let corners: Vec<f64> = (0..=self.size).flat_map(|y| (0..=self.size).map(move |x| corner(x, y))).collect();
-        let stride = self.size + 1;
-        for (index, texel) in out.chunks_exact_mut(3).enumerate() {
-            let (x, y) = (index % self.size, index / self.size);
-            let at = y * stride + x;
-            let solid_angle = corners[at + stride + 1] - corners[at + stride] - corners[at + 1] + corners[at];
-            let value = integral(x, y);
-            // Radiance is not negative; rounding may leave −1e−17 beside a sun.
-            texel.iter_mut().zip(value).for_each(|(t, v)| *t = (v / solid_angle).max(0.0) as f32);
-        }
+    /// The column that holds an azimuth of the output; it may lie beyond either end.
+    fn column(&self, phi: f64) -> isize {
+        (((phi + self.azimuth_rad) / TAU + 0.5) * self.width as f64).floor() as isize
     }
 
     /// A face around the horizon whose centre has azimuth `centre`.
@@ -88,7 +76,7 @@ impl<'a> Grid<'a> {
         let n = self.size;
         // Azimuth from the face's centre runs against s: −atan s. Face columns are taken from the right, so that it grows.
         let edges: Vec<f64> = self.lines.iter().rev().map(|s| -s.atan()).collect();
-        let first_column = (((centre + edges[0]) / TAU + 0.5) * self.width as f64).floor() as isize;
+        let first_column = self.column(centre + edges[0]);
 
         // Only these rows are met: |latitude| ≤ 45°. cot(θ) stands for θ: it falls as rows go down.
         let row0 = (self.height / 4).saturating_sub(1);
@@ -119,7 +107,7 @@ impl<'a> Grid<'a> {
         let mut loaded = isize::MIN;
         while face_column < n {
             // The strip reaches to the next line: of the face, of the picture, or the middle (latitude turns there).
-            let picture = self.phi_unwrapped(column + 1) - centre;
+            let picture = self.phi(column + 1) - centre;
             let mut next = edges[face_column + 1].min(picture).max(psi);
             if psi < 0.0 && next > 0.0 {
                 next = 0.0;
@@ -145,12 +133,7 @@ impl<'a> Grid<'a> {
             column += isize::from(picture <= next);
             face_column += usize::from(edges[face_column + 1] <= next);
         }
-        self.finish(out, |x, y| integrals[y * n + x]);
-    }
-
-    /// Like [`Grid::phi`], for columns beyond either end.
-    fn phi_unwrapped(&self, j: isize) -> f64 {
-        TAU * (j as f64 / self.width as f64 - 0.5)
+        finish(n, out, |x, y| integrals[y * n + x]);
     }
 
     /// Sums a column of the picture downwards from `row0`. Where the sum starts does not matter: it cancels between
@@ -191,6 +174,11 @@ impl<'a> Grid<'a> {
         }
     }
 
+    /// Row `i` of the picture, counted from a pole.
+    fn row_from_pole(&self, north: bool, i: usize) -> &[[f32; 3]] {
+        self.source.row(if north { i } else { self.height - 1 - i } as u32)
+    }
+
     /// The face around a pole.
     fn polar_face(&self, north: bool, out: &mut [f32]) {
         let (n, width) = (self.size, self.width);
@@ -199,19 +187,18 @@ impl<'a> Grid<'a> {
         let cos: Vec<f64> = (0..=rows).map(|i| self.theta(i).cos()).collect();
         let tan_squared: Vec<f64> =
             (0..=rows).map(|i| if 2 * i < self.height { self.theta(i).tan().powi(2) } else { f64::INFINITY }).collect();
-        let mut below: Vec<(Rgb, Rgb)> = Vec::with_capacity(rows * width);
+        let mut below: Vec<Rgb> = Vec::with_capacity(rows * width);
         let mut sums = vec![[0f64; 3]; width];
         for i in 0..rows {
-            let row = self.source.row(if north { i } else { self.height - 1 - i } as u32);
-            below.extend(row.iter().zip(&mut sums).map(|(texel, sum)| {
+            below.extend(self.row_from_pole(north, i).iter().zip(&mut sums).map(|(texel, sum)| {
                 let radiance = texel.map(f64::from);
                 let p = std::array::from_fn(|c| sum[c] + radiance[c] * cos[i]);
                 (0..3).for_each(|c| sum[c] += radiance[c] * (cos[i] - cos[i + 1]));
-                (p, radiance)
+                p
             }));
         }
         let ratio = |along: f64, across: f64| if across.abs() > 1e-12 { along / across } else { f64::NAN };
-        let meridians = (0..=width)
+        let meridians = (0..=width as isize)
             .map(|j| {
                 let (sin, cos) = self.phi(j).sin_cos();
                 let [along_x, along_z] = [ratio(sin, cos), ratio(cos, sin)];
@@ -223,7 +210,7 @@ impl<'a> Grid<'a> {
                 ]
             })
             .collect();
-        let field = Polar { grid: self, below, tan_squared, meridians };
+        let field = Polar { grid: self, north, below, tan_squared, meridians };
 
         // Lines of constant x come first, then those of constant z; each gives its integral over every texel's edge.
         let lines: Vec<Vec<Rgb>> = (0..2 * (n + 1))
@@ -231,7 +218,7 @@ impl<'a> Grid<'a> {
             .map(|i| if i <= n { field.along(self.lines[i], true) } else { field.along(self.lines[i - n - 1], false) })
             .collect();
         let (constant_x, constant_z) = lines.split_at(n + 1);
-        self.finish(out, |x, y| {
+        finish(n, out, |x, y| {
             // t follows +z on the upper face and −z on the lower one.
             let z = if north { y } else { n - 1 - y };
             std::array::from_fn(|c| {
@@ -264,8 +251,9 @@ fn arc(a: f64, b: f64) -> f64 {
 /// The picture around a pole, summed outwards from it.
 struct Polar<'a> {
     grid: &'a Grid<'a>,
-    /// S + L cos θ_i and L, by row from the pole, then column.
-    below: Vec<(Rgb, Rgb)>,
+    north: bool,
+    /// S + L cos θ_i, by row from the pole, then column.
+    below: Vec<Rgb>,
     /// tan² θ of the line on the pole's side of each row.
     tan_squared: Vec<f64>,
     /// u/g where the meridian left of each column meets the line x = g, and the line z = g: for g < 0, for g > 0.
@@ -284,8 +272,7 @@ impl Polar<'_> {
         let forward = (g > 0.0) == constant_x;
         let sign = if constant_x { 1.0 } else { -1.0 };
         let start = if constant_x { (-1f64).atan2(g) } else { g.atan2(-1.0) };
-        let along_turn = (start / TAU + 0.5) * width as f64;
-        let mut column = (along_turn.floor() as usize).min(width - 1);
+        let mut column = self.grid.column(start).rem_euclid(width as isize) as usize;
         let g2 = g * g;
         let mut row = 0;
         while row + 1 < self.tan_squared.len() - 1 && self.tan_squared[row + 1] <= g2 + 1.0 {
@@ -318,7 +305,8 @@ impl Polar<'_> {
                     (next / g).atan() - (u / g).atan()
                 };
             let d_cos = sign * arc(w_here, w_next);
-            let (p, radiance) = &self.below[row * width + column];
+            let p = &self.below[row * width + column];
+            let radiance = self.grid.row_from_pole(self.north, row)[column].map(f64::from);
             (0..3).for_each(|c| edges[texel][c] += p[c] * d_phi - radiance[c] * d_cos);
             (u, w_here) = (next, w_next);
             if next_meridian <= u {
@@ -333,101 +321,5 @@ impl Polar<'_> {
             texel += usize::from(edge <= u);
         }
         edges
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Uneven radiance: no two neighbours alike.
-    fn speckle(height: u32) -> Equirect {
-        let mut state = 1u32;
-        Equirect::from_fn(height, |_, _| {
-            std::array::from_fn(|_| {
-                state = state.wrapping_mul(1664525).wrapping_add(1013904223);
-                (state >> 16) as f32 / 65536.0 + if state >> 26 == 0 { 5.0 } else { 0.0 }
-            })
-        })
-    }
-
-    /// The mean over a texel by a fine grid of points.
-    fn sampled(source: &Equirect, size: u32, face: u32, x: u32, y: u32) -> [f64; 3] {
-        const POINTS: u32 = 200;
-        let (mut sum, mut weights) = ([0.0; 3], 0.0);
-        for j in 0..POINTS {
-            for i in 0..POINTS {
-                let at = |texel: u32, i: u32| {
-                    2.0 * (f64::from(texel) + (f64::from(i) + 0.5) / f64::from(POINTS)) / f64::from(size) - 1.0
-                };
-                let (s, t) = (at(x, i), at(y, j));
-                let [u, v] = Equirect::locate(crate::term::cube::direction(face, s, t));
-                let column = ((u * f64::from(source.width)) as usize).min(source.width as usize - 1);
-                let row = ((v * f64::from(source.height)) as u32).min(source.height - 1);
-                let weight = (1.0 + s * s + t * t).powf(-1.5);
-                weights += weight;
-                (0..3).for_each(|c| sum[c] += weight * f64::from(source.row(row)[column][c]));
-            }
-        }
-        sum.map(|v| v / weights)
-    }
-
-    #[test]
-    fn every_texel_is_the_mean_over_its_solid_angle() {
-        for (height, size) in [(8, 4), (8, 5), (6, 3), (1, 2), (2, 1), (30, 4), (7, 6), (64, 2)] {
-            let source = speckle(height);
-            let texels = cube(&source, size);
-            for (index, texel) in texels.chunks_exact(3).enumerate() {
-                let index = index as u32;
-                let (face, y, x) = (index / (size * size), index / size % size, index % size);
-                let expected = sampled(&source, size, face, x, y);
-                for c in 0..3 {
-                    let (got, expected) = (f64::from(texel[c]), expected[c]);
-                    assert!(
-                        (got - expected).abs() < 1e-2 * (expected + 1.0),
-                        "height {height}, size {size}, face {face}, ({x}, {y}): {texel:?}, sampled {expected:?}"
-                    );
-                }
-            }
-        }
-    }
-
-    fn energy(texels: &[f32], size: usize) -> [f64; 3] {
-        let line = |k: usize| 2.0 * k as f64 / size as f64 - 1.0;
-        let mut sum = [0.0; 3];
-        for (index, texel) in texels.chunks_exact(3).enumerate() {
-            let (x, y) = (index % size, index / size % size);
-            let corner = |dx, dy| orientation::solid_angle(line(x + dx), line(y + dy));
-            let solid_angle = corner(1, 1) - corner(0, 1) - corner(1, 0) + corner(0, 0);
-            (0..3).for_each(|c| sum[c] += solid_angle * f64::from(texel[c]));
-        }
-        sum.map(|s| s / (4.0 * PI))
-    }
-
-    #[test]
-    fn energy_is_kept() {
-        for (height, size) in [(64, 16), (64, 33), (128, 20), (45, 64), (16, 128)] {
-            let source = speckle(height);
-            let (mean, got) = (source.mean(), energy(&cube(&source, size), size as usize));
-            (0..3).for_each(|c| {
-                assert!((got[c] / mean[c] - 1.0).abs() < 1e-7, "height {height}, size {size}: {got:?}, source {mean:?}")
-            });
-        }
-    }
-
-    #[test]
-    fn white_stays_white() {
-        let white = Equirect::from_fn(50, |_, _| [1.0; 3]);
-        assert!(cube(&white, 37).iter().all(|v| *v == 1.0), "a texel differs");
-    }
-
-    #[test]
-    fn what_is_black_stays_black_beside_a_sun() {
-        // Four texels of the source in one row, above the horizon on the +X face; a 4 × 4 face has texels far from it.
-        let mut source = Equirect::from_fn(128, |_, _| [0.0; 3]);
-        source.texels[50 * 256 + 128] = [1e6; 3];
-        let texels = cube(&source, 64);
-        let lit = texels.chunks_exact(3).filter(|t| t[0] > 1e-6).count();
-        assert!((1..=4).contains(&lit), "{lit} texels are lit");
     }
 }

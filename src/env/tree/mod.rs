@@ -1,7 +1,8 @@
 //! An environment as a tree of moments, so that an integral over the sphere costs a few thousand nodes instead of
 //! millions of texels.
 //!
-//! **Shape.** A node is a rectangle of the picture: rows r0..r1, columns c0..c1. It is cut across its longer side, in
+//! **Shape.** A node is a rectangle of the picture: rows r0..r1, columns c0..c1; on a cube the faces lie below each
+//! other, and only nodes above the faces span several. It is cut across its longer side, in
 //! the middle, into two or four, until it is small enough ([`Params`]) or one texel. Sides are measured on the sphere,
 //! so rectangles near the poles stay compact although texels are slivers there. Nodes lie in depth-first order and each
 //! one knows how many nodes its subtree has (`skip`): a walk needs no stack, `i += 1` enters a node, `i += skip` passes
@@ -23,12 +24,16 @@
 //!
 //! Sums are `f64`; a node is stored in 64 bytes, D and Q as 16-bit integers relative to the node's size.
 
-use std::f64::consts::{PI, TAU};
+mod equirect;
+mod faces;
+
+use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::Equirect;
+use super::Picture;
+pub use faces::{MAX_SIZE, face_and_corner};
 
 /// How a tree is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +65,8 @@ pub struct Node {
     pub extent: f32,
     /// D of red (x, y, z) and green, as 16-bit fractions of e_k × 2 half diagonals.
     d: [i16; 6],
-    /// First row (low half), rows (high half), in units of a texel / [`FINE`].
+    /// First row (low half), rows (high half), in units of a texel / [`FINE`]. On a cube the face is part of both first
+    /// ones: [`face_and_corner`].
     pub rows: [u16; 2],
     /// Q: xx, yy, zz, xy, xz, yz, as 16-bit fractions of (2 half diagonals)².
     q: [i16; 6],
@@ -76,7 +82,7 @@ pub const FINE: u32 = 4;
 /// A texel this many times brighter (as a factor of its extent) than the mean is cut into nodes.
 const CUT_BRIGHTNESS: f64 = 2.0;
 
-/// Most nodes that a tree may have.
+/// Nodes of a subtree: more do not get a common root.
 pub const MAX_NODES: u32 = 1 << 22;
 
 impl Node {
@@ -125,7 +131,7 @@ pub struct Moments {
 /// The tree and what goes with it.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    /// Depth-first.
+    /// Depth-first; several trees in a row where one would have more than [`MAX_NODES`].
     pub nodes: Vec<Node>,
     /// Subtracted from every texel: the lowest value of each channel.
     pub base: [f32; 3],
@@ -166,37 +172,39 @@ struct Rect {
     c1: u32,
 }
 
-/// Integrals over the θ extent of a row: ∫ f(θ) sin θ dθ for f = 1, sin, cos, sin², sin·cos, cos².
-#[derive(Clone, Copy)]
-struct RowTerms {
-    one: f64,
-    s: f64,
-    c: f64,
-    ss: f64,
-    sc: f64,
-    cc: f64,
+/// Whole texels of a rectangle; 0 for a part of one.
+fn texel_count(r: Rect) -> u32 {
+    (r.r1 - r.r0) / FINE * ((r.c1 - r.c0) / FINE)
 }
 
-/// Integrals over the φ extent of a column.
-#[derive(Clone, Copy)]
-struct ColumnTerms {
-    c: f64,
-    s: f64,
-    cc: f64,
-    sc: f64,
+/// How a kind of picture lies on the sphere.
+trait Chart: Sync {
+    /// Rows and columns in units of a texel / [`FINE`].
+    fn size(&self) -> (u32, u32);
+    /// Height and greatest width of a rectangle on the sphere, in radians.
+    fn sides(&self, r: Rect) -> (f64, f64);
+    /// At most this far, in radians, from the middle of a rectangle to its corners.
+    fn half_diagonal(&self, r: Rect) -> f64;
+    /// Solid angle of a rectangle, in steradians.
+    fn solid_angle_sr(&self, r: Rect) -> f64;
+    /// The row where a rectangle must be cut before anything else.
+    fn seam(&self, r: Rect) -> Option<u32>;
+    /// Sums over whole texels or over a part of one.
+    fn sums(&self, r: Rect, light: &Light) -> Sums;
+    /// Where a rectangle lies, as [`Node::rows`] and [`Node::columns`] hold it.
+    fn place(&self, r: Rect) -> [[u16; 2]; 2];
 }
 
-struct Builder<'a> {
-    source: &'a Equirect,
-    params: Params,
+/// What turns texels into R and W.
+struct Light {
     base: [f32; 3],
     inverse_mean: [f64; 3],
-    rows: Vec<RowTerms>,
-    columns: Vec<ColumnTerms>,
-    /// Sine and cosine of θ at the upper edge of every unit of rows, and at the last one's lower edge.
-    edges: Vec<(f64, f64)>,
-    d_theta: f64,
-    d_phi: f64,
+}
+
+struct Builder<'a, C> {
+    chart: &'a C,
+    params: Params,
+    light: Light,
 }
 
 fn inverse(x: f64) -> f64 {
@@ -204,36 +212,34 @@ fn inverse(x: f64) -> f64 {
 }
 
 impl Tree {
-    /// Builds the tree of an environment. `base` is `None` for the lowest value of each channel.
-    pub fn new(source: &Equirect, params: &Params, base: Option<[f32; 3]>) -> Self {
-        let (width, height) = (source.width, source.height);
+    /// Builds the tree of a picture. `base` is `None` for the lowest value of each channel.
+    pub fn new(picture: &Picture<'_>, params: &Params, base: Option<[f32; 3]>) -> Self {
         let base = base.unwrap_or_else(|| {
             let least = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|k| a[k].min(b[k]));
-            source
-                .texels
+            picture
+                .texels()
                 .par_chunks(1 << 14)
                 .map(|t| t.iter().copied().fold([f32::MAX; 3], least))
                 .reduce(|| [f32::MAX; 3], least)
         });
-        let whole = source.mean();
+        let whole = picture.mean();
         // What is left of a constant channel is rounding.
         let mean: [f64; 3] = std::array::from_fn(|k| {
             let mean = whole[k] - f64::from(base[k]);
             if mean > 1e-12 * whole[k] { mean } else { 0.0 }
         });
-        let (d_theta, d_phi) = (PI / f64::from(height), TAU / f64::from(width));
-        let builder = Builder {
-            source,
-            params: *params,
-            base,
-            inverse_mean: mean.map(inverse),
-            rows: (0..height).map(|i| row_terms(d_theta * (f64::from(i) + 0.5), 0.5 * d_theta)).collect(),
-            columns: (0..width).map(|j| column_terms(d_phi * (f64::from(j) + 0.5) - PI, 0.5 * d_phi)).collect(),
-            edges: (0..=FINE * height).map(|i| (f64::from(i) * d_theta / f64::from(FINE)).sin_cos()).collect(),
-            d_theta,
-            d_phi,
+        let light = Light { base, inverse_mean: mean.map(inverse) };
+        let nodes = match picture {
+            Picture::Equirect(picture) => Self::grown(&equirect::Chart::new(picture), params, light),
+            Picture::Cube(picture) => Self::grown(&faces::Chart::new(picture), params, light),
         };
-        let all = Rect { r0: 0, r1: FINE * height, c0: 0, c1: FINE * width };
+        Self { nodes, base, mean }
+    }
+
+    fn grown(chart: &impl Chart, params: &Params, light: Light) -> Vec<Node> {
+        let builder = Builder { chart, params: *params, light };
+        let (rows, columns) = chart.size();
+        let all = Rect { r0: 0, r1: rows, c0: 0, c1: columns };
         let mut parts = Vec::new();
         builder.split_up(all, &mut parts);
         let grown: Vec<(Sums, Vec<Node>)> = parts
@@ -245,8 +251,32 @@ impl Tree {
             .collect();
         let count = grown.iter().map(|(_, nodes)| nodes.len()).sum::<usize>() + parts.len();
         let mut nodes = Vec::with_capacity(count);
+        if count >= MAX_NODES as usize {
+            grown.iter().for_each(|(_, part)| nodes.extend_from_slice(part));
+            return nodes;
+        }
         builder.assemble(all, &mut grown.into_iter(), &mut nodes);
-        Self { nodes, base, mean }
+        nodes
+    }
+
+    /// Cuts the nodes into ranges of at most `most` that can be walked one after the other. Roots of more are left out:
+    /// their children stand for them.
+    pub fn pieces(&self, most: usize) -> Vec<Range<usize>> {
+        let mut pieces: Vec<Range<usize>> = vec![];
+        let mut i = 0;
+        while i < self.nodes.len() {
+            let end = i + self.nodes[i].skip() as usize;
+            if end - i > most {
+                i += 1;
+                continue;
+            }
+            match pieces.last_mut() {
+                Some(last) if last.end == i && end - last.start <= most => last.end = end,
+                _ => pieces.push(i..end),
+            }
+            i = end;
+        }
+        pieces
     }
 
     /// D of blue is the first times D of red plus the second times D of green.
@@ -273,68 +303,24 @@ impl Tree {
     }
 }
 
-/// For a row from θ − a to θ + a. Products of the middle's and the half width's sines and cosines: nothing cancels in
-/// narrow rows.
-fn row_terms(theta: f64, a: f64) -> RowTerms {
-    let (sin, cos) = theta.sin_cos();
-    let (sin_a, sin_2a) = (a.sin(), (2.0 * a).sin());
-    let one = 2.0 * sin * sin_a;
-    // ∫ cos³ and ∫ sin³ come from sin 3θ and cos 3θ.
-    let third = 2.0 * (3.0 * theta).sin() * (3.0 * a).sin() / 3.0;
-    let third_c = 2.0 * (3.0 * theta).cos() * (3.0 * a).sin() / 3.0;
-    let ss = (3.0 * one - third) / 4.0;
-    let sc = (2.0 * cos * sin_a - third_c) / 4.0;
-    let s = a - (2.0 * theta).cos() * sin_2a / 2.0;
-    let c = sin * cos * sin_2a;
-    RowTerms { one, s, c, ss, sc, cc: one - ss }
-}
-
-/// For a column from φ − b to φ + b.
-fn column_terms(phi: f64, b: f64) -> ColumnTerms {
-    let (sin, cos) = phi.sin_cos();
-    let sin_2b = (2.0 * b).sin();
-    ColumnTerms {
-        c: 2.0 * cos * b.sin(),
-        s: 2.0 * sin * b.sin(),
-        cc: b + (2.0 * phi).cos() * sin_2b / 2.0,
-        sc: sin * cos * sin_2b,
-    }
-}
-
-impl Builder<'_> {
-    /// Extent in φ.
-    fn turn(&self, r: Rect) -> f64 {
-        f64::from(r.c1 - r.c0) * self.d_phi / f64::from(FINE)
-    }
-
-    /// Height and greatest width of a rectangle on the sphere, in radians.
-    fn sides(&self, r: Rect) -> (f64, f64) {
-        let equator = FINE * self.source.height / 2;
-        let widest = if r.r0 <= equator && r.r1 >= equator {
-            1.0
-        } else {
-            self.edges[r.r0 as usize].0.max(self.edges[r.r1 as usize].0)
-        };
-        (f64::from(r.r1 - r.r0) * self.d_theta / f64::from(FINE), self.turn(r) * widest)
-    }
-
-    fn half_diagonal(&self, r: Rect) -> f64 {
-        let (height, width) = self.sides(r);
-        0.5 * (height * height + width * width).sqrt()
-    }
-
+impl<C: Chart> Builder<'_, C> {
     /// Cuts a rectangle across its longer side, or both where it is nearly square.
     fn cut(&self, r: Rect) -> impl Iterator<Item = Rect> {
         const LONG: f64 = 1.4;
-        let (height, width) = self.sides(r);
+        let seam = self.chart.seam(r);
+        let (height, width) = self.chart.sides(r);
         let (rows, columns) = (r.r1 - r.r0, r.c1 - r.c0);
         // Between texels while there are several, then through the one.
         let least = if rows > FINE || columns > FINE { FINE } else { 1 };
         let by_rows = rows > least && (columns <= least || height * LONG > width);
         let by_columns = columns > least && (rows <= least || width * LONG > height);
         let half = |count: u32| count / least / 2 * least;
-        let row = if by_rows { r.r0 + half(rows) } else { r.r1 };
-        let column = if by_columns { r.c0 + half(columns) } else { r.c1 };
+        let (row, column) = match seam {
+            Some(row) => (row, r.c1),
+            None => {
+                (if by_rows { r.r0 + half(rows) } else { r.r1 }, if by_columns { r.c0 + half(columns) } else { r.c1 })
+            }
+        };
         [
             Rect { r0: r.r0, r1: row, c0: r.c0, c1: column },
             Rect { r0: r.r0, r1: row, c0: column, c1: r.c1 },
@@ -345,14 +331,9 @@ impl Builder<'_> {
         .filter(|part| part.r0 < part.r1 && part.c0 < part.c1)
     }
 
-    /// Whole texels of a rectangle; 0 for a part of one.
-    fn texel_count(r: Rect) -> u32 {
-        (r.r1 - r.r0) / FINE * ((r.c1 - r.c0) / FINE)
-    }
-
     /// The subtrees that are grown side by side, in order.
     fn split_up(&self, r: Rect, parts: &mut Vec<Rect>) {
-        if Self::texel_count(r) > PART {
+        if texel_count(r) > PART {
             self.cut(r).for_each(|part| self.split_up(part, parts));
         } else {
             parts.push(r);
@@ -361,7 +342,7 @@ impl Builder<'_> {
 
     /// Puts the subtrees that were grown side by side under their common ancestors.
     fn assemble(&self, r: Rect, grown: &mut impl Iterator<Item = (Sums, Vec<Node>)>, nodes: &mut Vec<Node>) -> Sums {
-        if Self::texel_count(r) <= PART {
+        if texel_count(r) <= PART {
             let (sums, more) = grown.next().expect("split_up made as many parts");
             nodes.extend_from_slice(&more);
             return sums;
@@ -382,11 +363,11 @@ impl Builder<'_> {
         nodes.push(Node::zeroed());
 
         // A leaf? Its brightness is known once it has been summed.
-        let texels = Self::texel_count(r);
-        let extent = self.half_diagonal(r);
+        let texels = texel_count(r);
+        let extent = self.chart.half_diagonal(r);
         let (few, one) = (texels <= MAX_CUT, texels <= 1);
         if one || extent <= if few { self.params.leaf_extent_rad } else { self.params.least_extent_rad } {
-            let sums = self.sums(r);
+            let sums = self.chart.sums(r, &self.light);
             let brightness = self.brightness(r, &sums);
             let small = extent * brightness <= self.params.leaf_extent_rad;
             let whole = one && brightness < CUT_BRIGHTNESS || r.r1 - r.r0 == 1 && r.c1 - r.c0 == 1;
@@ -406,80 +387,23 @@ impl Builder<'_> {
 
     /// W of a rectangle.
     fn weight(&self, sums: &Sums) -> f64 {
-        (0..3).map(|k| sums.e[k] * self.inverse_mean[k]).sum()
+        (0..3).map(|k| sums.e[k] * self.light.inverse_mean[k]).sum()
     }
 
     /// The factor by which a rectangle counts as larger.
     fn brightness(&self, r: Rect, sums: &Sums) -> f64 {
-        let solid_angle = (self.edges[r.r0 as usize].1 - self.edges[r.r1 as usize].1) * self.turn(r);
-        (self.weight(sums) / (3.0 * solid_angle)).sqrt().clamp(1.0, self.params.brightness_limit)
-    }
-
-    /// Sums over whole texels or over a part of one.
-    fn sums(&self, r: Rect) -> Sums {
-        let (y0, x0) = (r.r0 / FINE, r.c0 / FINE);
-        let mut sums = Sums::default();
-        if Self::texel_count(r) == 0 {
-            let half = 0.5 / f64::from(FINE);
-            let (theta, phi) =
-                (f64::from(r.r0 + r.r1) * half * self.d_theta, f64::from(r.c0 + r.c1) * half * self.d_phi);
-            let row = row_terms(theta, f64::from(r.r1 - r.r0) * half * self.d_theta);
-            let column = column_terms(phi - PI, 0.5 * self.turn(r));
-            self.add_row(&mut sums, &row, &[column], &[self.source.row(y0)[x0 as usize]], self.turn(r));
-            return sums;
-        }
-        let (y1, x1) = (r.r1 / FINE, r.c1 / FINE);
-        for y in y0..y1 {
-            let texels = &self.source.row(y)[x0 as usize..x1 as usize];
-            let columns = &self.columns[x0 as usize..x1 as usize];
-            self.add_row(&mut sums, &self.rows[y as usize], columns, texels, self.d_phi);
-        }
-        sums
-    }
-
-    /// Adds texels of one row whose columns are `turn` wide.
-    fn add_row(&self, sums: &mut Sums, row: &RowTerms, columns: &[ColumnTerms], texels: &[[f32; 3]], turn: f64) {
-        let (mut one, mut c, mut s) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-        let (mut w_one, mut w_cc, mut w_sc) = (0.0, 0.0, 0.0);
-        for (texel, column) in texels.iter().zip(columns) {
-            let mut w = 0.0;
-            for k in 0..3 {
-                let radiance = f64::from(texel[k] - self.base[k]);
-                one[k] += radiance;
-                c[k] += radiance * column.c;
-                s[k] += radiance * column.s;
-                w += radiance * self.inverse_mean[k];
-            }
-            w_one += w;
-            w_cc += w * column.cc;
-            w_sc += w * column.sc;
-        }
-        for k in 0..3 {
-            let plain = one[k] * turn;
-            sums.e[k] += row.one * plain;
-            sums.first[k][0] += row.s * c[k];
-            sums.first[k][1] += row.c * plain;
-            sums.first[k][2] += row.s * s[k];
-        }
-        let w_c: f64 = (0..3).map(|k| c[k] * self.inverse_mean[k]).sum();
-        let w_s: f64 = (0..3).map(|k| s[k] * self.inverse_mean[k]).sum();
-        let w_plain = w_one * turn;
-        let second =
-            [row.ss * w_cc, row.cc * w_plain, row.ss * (w_plain - w_cc), row.sc * w_c, row.ss * w_sc, row.sc * w_s];
-        (0..6).for_each(|i| sums.second[i] += second[i]);
+        (self.weight(sums) / (3.0 * self.chart.solid_angle_sr(r))).sqrt().clamp(1.0, self.params.brightness_limit)
     }
 
     fn node(&self, r: Rect, sums: &Sums, skip: u32) -> Node {
-        // The root's columns may be 65,536; only leaves' are read.
-        let side = |from: u32, to: u32| [from as u16, (to - from).min(u32::from(u16::MAX)) as u16];
-        let (rows, columns) = (side(r.r0, r.r1), side(r.c0, r.c1));
-        let extent = self.half_diagonal(r) as f32;
-        assert!(skip < MAX_NODES, "the tree's parameters bound its size");
+        let [rows, columns] = self.chart.place(r);
+        let extent = self.chart.half_diagonal(r) as f32;
+        assert!(skip < MAX_NODES, "larger trees are left in parts");
         let weight = self.weight(sums);
         if weight <= 0.0 {
             return Node { extent, key_and_skip: skip, rows, columns, ..Node::zeroed() };
         }
-        let m: [f64; 3] = std::array::from_fn(|x| (0..3).map(|k| sums.first[k][x] * self.inverse_mean[k]).sum());
+        let m: [f64; 3] = std::array::from_fn(|x| (0..3).map(|k| sums.first[k][x] * self.light.inverse_mean[k]).sum());
         let c = m.map(|v| v / weight);
         let scale = 2.0 * f64::from(extent);
         // To nearest; a cast cuts towards 0.

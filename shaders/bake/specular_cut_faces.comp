@@ -1,0 +1,4 @@
+#version 450
+// The walk for lobes narrower than the leaves of a cube: it cuts them.
+#define CUT 2
+#include "bake/specular_walk.glsl"

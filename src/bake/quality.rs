@@ -1,0 +1,57 @@
+//! How finely an environment is filtered: points on the curve of error against time.
+
+use super::specular::Precision;
+use crate::error::{Error, Result, nearest};
+
+/// A named precision with what it keeps, measured over the scenes of `tests/environment.rs` with a factor of about two
+/// in hand.
+#[derive(Debug)]
+pub struct Quality {
+    /// The name used on the command line and in files.
+    pub name: &'static str,
+    /// One line for lists.
+    pub about: &'static str,
+    /// How finely the walk looks.
+    pub precision: Precision,
+    /// Bound of the root mean square of the relative errors of a mip, before rounding.
+    pub rms_bound: f64,
+    /// Bound of any texel's relative error, before rounding.
+    pub worst_bound: f64,
+}
+
+/// Every quality, from fast to fine.
+pub static QUALITIES: [Quality; 3] = [
+    Quality {
+        name: "draft",
+        about: "for looking at: a third of the filtering time",
+        precision: Precision { eps: 0.95, brightness_limit: 3.0, limit: 60_000 },
+        rms_bound: 1e-2,
+        worst_bound: 1e-1,
+    },
+    Quality {
+        name: "standard",
+        about: "below the rounding of half floats",
+        precision: Precision { eps: 0.45, brightness_limit: 4.0, limit: 60_000 },
+        rms_bound: 1e-3,
+        worst_bound: 1e-2,
+    },
+    Quality {
+        name: "reference",
+        about: "a quarter of the error, about three times the filtering time",
+        precision: Precision { eps: 0.27, brightness_limit: 4.5, limit: 60_000 },
+        rms_bound: 2.5e-4,
+        worst_bound: 2.5e-3,
+    },
+];
+
+/// The one that is used when none is named.
+pub static STANDARD: &Quality = &QUALITIES[1];
+
+/// The quality with this name.
+pub fn parse(name: &str) -> Result<&'static Quality> {
+    let known = || QUALITIES.iter().map(|q| q.name);
+    QUALITIES
+        .iter()
+        .find(|q| q.name == name)
+        .ok_or_else(|| Error::usage(format!("unknown quality '{name}'"), nearest(name, known())))
+}
