@@ -48,19 +48,20 @@ use super::quality::{self, Quality};
 use super::slices::next_slice;
 use crate::env::orientation::normalized;
 use crate::env::projection::Projection;
-use crate::env::tree::{FINE, Moments, Params, Tree};
+use crate::env::tree::{FINE, Moments, Node, Params, Tree};
 use crate::env::{Equirect, area, resample};
 use crate::error::{Error, Result, nearest};
 use crate::gpu::{Gpu, MAX_GROUPS};
 use crate::ndf::alpha_of;
 use crate::progress::{OnProgress, tick};
 use crate::shaders;
-use crate::term::zonal::{self, Zonal};
+use crate::term::zonal::{self, Peak, Zonal};
 use crate::texture::{Meta, Shape, Texture};
 
 /// Largest side of a face in texels.
 pub const MAX_SIZE: u32 = 4096;
-/// Texels along a side of a block: what one invocation computes.
+/// Texels along a side of a block: what one invocation computes. Kernels with a ring at the horizon take smaller blocks
+/// where the texels of one would look along too many rings.
 const BLOCK: u32 = 4;
 /// Invocations a workgroup, as in the shader.
 const WORKGROUP: u32 = 32;
@@ -118,7 +119,8 @@ pub struct Precision {
     pub eps: f64,
     /// Nodes brighter than the mean are cut finer by the root of the ratio, up to this factor.
     pub brightness_limit: f64,
-    /// Iterations after which an invocation gives up with an error. Software Vulkan counts to 65,535.
+    /// Iterations of all loops together after which an invocation gives up with an error: one a node that is looked at, two
+    /// a node that is added. Software Vulkan counts to 65,535.
     pub limit: u32,
 }
 
@@ -326,7 +328,7 @@ impl SpecularJob {
         let params = Params {
             leaf_extent_rad: (LEAF * least).max(LEAST_LEAF_RAD),
             least_extent_rad: LEAF * least,
-            brightness_limit: p.brightness_limit,
+            brightness_limit: p.brightness_limit * self.kernel.brightness,
         };
         let tree = Tree::new(&source, &params, base);
         Prepared { source, tree }
@@ -375,10 +377,21 @@ impl SpecularJob {
         Ok(levels)
     }
 
+    /// Texels along a side of a block at mip `m`: as many as keep its reach within four times the least room.
+    fn block_size(&self, m: u32) -> u32 {
+        let texel_rad = std::f64::consts::PI / f64::from(2 * self.level_size(m).1);
+        let most = 4.0 * (self.kernel.least_room)(self.alpha(m));
+        let fits = |size: &u32| f64::from(size - 1) * texel_rad * 0.5f64.sqrt() <= most;
+        match self.kernel.peak {
+            Peak::Axis => BLOCK,
+            Peak::Horizon => [BLOCK, BLOCK / 2].into_iter().find(fits).unwrap_or(1),
+        }
+    }
+
     /// Blocks along the sides of a face at mip `m`.
     fn sides(&self, m: u32) -> (u32, u32) {
-        let (width, height) = self.level_size(m);
-        (width.div_ceil(BLOCK), height.div_ceil(BLOCK))
+        let ((width, height), block) = (self.level_size(m), self.block_size(m));
+        (width.div_ceil(block), height.div_ceil(block))
     }
 
     fn blocks(&self, m: u32) -> u32 {
@@ -434,8 +447,8 @@ impl SpecularJob {
         Ok(levels)
     }
 
-    /// Face, column and row of a block's 16 texels; beyond the face's end its last texels stand in. The order of the
-    /// blocks is the shader's.
+    /// Face, column and row of a block's 16 texels; beyond the end of the face or of a smaller block the last texels stand
+    /// in. The order of the blocks is the shader's.
     pub fn block(&self, m: u32, index: u32) -> Vec<[u32; 3]> {
         let ((across, down), (width, height)) = (self.sides(m), self.level_size(m));
         let (face, at) = (index / (across * down), index % (across * down));
@@ -445,9 +458,9 @@ impl SpecularJob {
         } else {
             (at % across, at / across)
         };
-        (0..BLOCK * BLOCK)
-            .map(|i| [face, (x * BLOCK + i % BLOCK).min(width - 1), (y * BLOCK + i / BLOCK).min(height - 1)])
-            .collect()
+        let size = self.block_size(m);
+        let at = |block: u32, i: u32, end: u32| (block * size + i.min(size - 1)).min(end - 1);
+        (0..BLOCK * BLOCK).map(|i| [face, at(x, i % BLOCK, width), at(y, i / BLOCK, height)]).collect()
     }
 
     /// The axes of all texels of the filtered mips, in the order of the result.
@@ -473,7 +486,7 @@ impl SpecularJob {
     ) -> Result<Vec<Vec<f32>>> {
         let Prepared { source, tree } = prepared;
         // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all.
-        let cuts = tree.needs_texels(self.lobe(self.filtered().start).least_threshold());
+        let cuts = tree.needs_texels(self.lobe(self.filtered().start).least_threshold(), self.kernel.sharp_horizon);
         let name = format!("bake/specular{}+{}", if cuts { "_cut" } else { "" }, self.kernel.file());
         let kernel = gpu.kernel(&name, shaders::spirv(&name), 6, size_of::<Push>() as u32)?;
         let nodes = gpu.upload("nodes", &tree.nodes)?;
@@ -527,6 +540,7 @@ impl SpecularJob {
         Push {
             width,
             height,
+            block: self.block_size(m),
             first: 0,
             end: 0,
             offset,
@@ -590,6 +604,7 @@ fn lines(source: &Equirect) -> Vec<[f32; 2]> {
 struct Push {
     width: u32,
     height: u32,
+    block: u32,
     first: u32,
     end: u32,
     offset: u32,
@@ -612,6 +627,11 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Area of a leaf in units of a texel / [`FINE`].
+fn units(node: &Node) -> u32 {
+    u32::from(node.rows[1]) * u32::from(node.columns[1])
 }
 
 /// dᵀ Q d.
@@ -664,10 +684,11 @@ impl Lobe {
                 i += 1;
                 continue;
             }
-            if node.is_cut(threshold) {
+            if node.is_cut(threshold, self.kernel.sharp_horizon) {
                 self.cut(source, tree, i, threshold, axes, &mut walked);
             } else {
                 self.add(&tree.moments(i), axes, &mut walked);
+                walked.steps += 2;
             }
             i += node.skip() as usize;
         }
@@ -686,7 +707,10 @@ impl Lobe {
         let [c0, columns] = node.columns.map(u32::from);
         // A texel of the leaf, or the leaf where it is a part of one, and how it is cut.
         let (high, wide) = (rows.min(FINE), columns.min(FINE));
-        let side = 2f64.sqrt() * threshold;
+        // At a sharp horizon the parts of a bright texel are small for their brightness too.
+        let brightness = node.key().map_or(1.0, |key| f64::from(key / node.extent));
+        let finer = if self.kernel.sharp_horizon && units(node) <= FINE * FINE { brightness.max(1.0) } else { 1.0 };
+        let side = 2f64.sqrt() * threshold / finer;
         let middle = (f64::from(r0 / FINE + rows / FINE / 2) + 0.5) * f64::from(FINE) * unit_theta;
         let parts = |length: f64| (length / side).ceil().max(1.0) as u32;
         let down = parts(f64::from(high) * unit_theta);
@@ -711,11 +735,9 @@ impl Lobe {
                 let solid_angle = 4.0 * a.sin() * b * sin_theta;
                 let e = std::array::from_fn(|k| solid_angle * f64::from(texel[k] - tree.base[k]));
                 self.add(&Moments { c, e, d: [[0.0; 3]; 3], q }, axes, walked);
-                walked.steps += 1;
+                walked.steps += 2;
             }
         }
-        // The shader adds the first part in the step that finds the leaf.
-        walked.steps -= 1;
     }
 
     fn add(&self, node: &Moments, axes: &[[f64; 3]], walked: &mut Walked) {
