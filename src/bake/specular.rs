@@ -69,7 +69,7 @@ const WORKGROUP: u32 = 32;
 /// Sources with fewer columns are repeated texel by texel: a leaf must not be cut into too many parts.
 const LEAST_WIDTH: u32 = 512;
 /// The same for the faces of a cube.
-const LEAST_FACE: u32 = 128;
+const LEAST_FACE: u32 = 192;
 /// Leaves are this part of the least extent that the narrowest lobe asks for.
 const LEAF: f64 = 0.8;
 /// Leaves are not smaller than this, so that the tree of a large source stays within some ten megabytes.
