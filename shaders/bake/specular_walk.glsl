@@ -113,7 +113,11 @@ void main() {
 #endif
     uint i = 0u;
     uint step = 0u;
+#if CUT
+    while ((i < node_count || cutting) && step < limit) {
+#else
     while (i < node_count && step < limit) {
+#endif
         // Find the next node to add.
         uint at = node_count;
         vec3 c = vec3(0.0);

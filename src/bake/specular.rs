@@ -377,10 +377,10 @@ impl SpecularJob {
         Ok(levels)
     }
 
-    /// Texels along a side of a block at mip `m`: as many as keep its reach within four times the least room.
+    /// Texels along a side of a block at mip `m`: as many as keep its reach within twice the least room.
     fn block_size(&self, m: u32) -> u32 {
-        let texel_rad = std::f64::consts::PI / f64::from(2 * self.level_size(m).1);
-        let most = 4.0 * (self.kernel.least_room)(self.alpha(m));
+        let texel_rad = self.projection.texel_rad(self.level_size(m).1);
+        let most = 2.0 * (self.kernel.least_room)(self.alpha(m));
         let fits = |size: &u32| f64::from(size - 1) * texel_rad * 0.5f64.sqrt() <= most;
         match self.kernel.peak {
             Peak::Axis => BLOCK,
