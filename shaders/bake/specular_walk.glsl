@@ -18,7 +18,7 @@ layout(std430, set = 0, binding = 1) readonly buffer Texels { float texels[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Lines { vec2 lines[]; };
 // Where every texel of every mip looks, in the order of the result.
 layout(std430, set = 0, binding = 3) readonly buffer Axes { float axes[]; };
-layout(std430, set = 0, binding = 4) writeonly buffer Result { float result[]; };
+layout(std430, set = 0, binding = 4) buffer Result { float result[]; };
 layout(std430, set = 0, binding = 5) buffer Status { uint overrun; };
 
 layout(push_constant) uniform Job {
@@ -28,7 +28,9 @@ layout(push_constant) uniform Job {
     uint first;         // this slice's blocks
     uint end;
     uint offset;        // of this mip in the result, in texels
-    uint node_count;
+    uint node_begin;    // this pass's nodes
+    uint node_count;    // where they end
+    uint adds;          // 1 where an earlier pass has left its sums
     uint limit;         // iterations
     uint rows;          // of the source
     float d_theta;      // sides of a source texel
@@ -111,7 +113,7 @@ void main() {
     bool cutting = false;
     uvec2 corner = uvec2(0u), unit = uvec2(1u), parts = uvec2(1u), count = uvec2(0u), part = uvec2(0u);
 #endif
-    uint i = 0u;
+    uint i = job.node_begin;
     uint step = 0u;
 #if CUT
     while ((i < node_count || cutting) && step < limit) {
@@ -256,10 +258,16 @@ void main() {
     if (i < node_count) atomicMax(overrun, 1u);
 #endif
 
+    // Texels that stand in for others hold the same sums, so what they read must not be what they wrote.
+    vec3 before[TEXELS];
     uint at;
+#define BEFORE(I) at = index_of(block, I); \
+    before[I] = job.adds == 0u ? vec3(job.base_red, job.base_green, job.base_blue) \
+                           : vec3(result[at], result[at + 1u], result[at + 2u]);
+    EACH_TEXEL(BEFORE)
 #define STORE(I) at = index_of(block, I); \
-    result[at] = sum[I].x * job.inverse_norm + job.base_red; \
-    result[at + 1u] = sum[I].y * job.inverse_norm + job.base_green; \
-    result[at + 2u] = sum[I].z * job.inverse_norm + job.base_blue;
+    result[at] = fma(sum[I].x, job.inverse_norm, before[I].x); \
+    result[at + 1u] = fma(sum[I].y, job.inverse_norm, before[I].y); \
+    result[at + 2u] = fma(sum[I].z, job.inverse_norm, before[I].z);
     EACH_TEXEL(STORE)
 }

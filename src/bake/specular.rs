@@ -63,6 +63,8 @@ pub const MAX_SIZE: u32 = 4096;
 /// Texels along a side of a block: what one invocation computes. Kernels with a ring at the horizon take smaller blocks
 /// where the texels of one would look along too many rings.
 const BLOCK: u32 = 4;
+/// More parts than these a tree is not walked in.
+const MOST_PARTS: usize = 64;
 /// Invocations a workgroup, as in the shader.
 const WORKGROUP: u32 = 32;
 /// Sources with fewer columns are repeated texel by texel: a leaf must not be cut into too many parts.
@@ -405,7 +407,7 @@ impl SpecularJob {
 
     fn overrun(&self, m: u32) -> Error {
         let detail = format!(
-            "mip {m} (alpha {:.5}) needs more than {} steps a block; use fewer mips or a larger --size",
+            "mip {m} (alpha {:.5}) needs more than {} steps a block and part of the tree; use fewer mips or a larger --size",
             self.alpha(m),
             self.precision.limit
         );
@@ -489,7 +491,7 @@ impl SpecularJob {
         let cuts = tree.needs_texels(self.lobe(self.filtered().start).least_threshold(), self.kernel.sharp_horizon);
         let name = format!("bake/specular{}+{}", if cuts { "_cut" } else { "" }, self.kernel.file());
         let kernel = gpu.kernel(&name, shaders::spirv(&name), 6, size_of::<Push>() as u32)?;
-        let nodes = gpu.upload("nodes", &tree.nodes)?;
+        let node_buffer = gpu.upload("nodes", &tree.nodes)?;
         let texels = if cuts { residual(source, tree.base) } else { vec![0.0] };
         let texels = gpu.upload("texels", &texels)?;
         let lines = gpu.upload("lines", &lines(source))?;
@@ -503,22 +505,36 @@ impl SpecularJob {
         let mut next = slice.unwrap_or(1);
         for m in self.filtered() {
             let push = self.push(m, offset, prepared);
-            let mut first = 0;
-            while first < self.blocks(m) {
-                tick(on, &self.stage(m), f64::from(done) / f64::from(total))?;
-                let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
-                let start = Instant::now();
-                let slice_push = Push { first, end: first + count, ..push };
-                let buffers = [&nodes, &texels, &lines, &axes, &result, &status];
-                gpu.dispatch(&kernel, &buffers, &slice_push, [count.div_ceil(WORKGROUP), 1, 1])?;
-                next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
-                first += count;
-                done += count;
+            // Parts of the tree, walked one after the other: as many as it takes that none needs too many steps.
+            let mut parts = tree.parts(1);
+            'again: loop {
+                for (part, nodes) in parts.iter().enumerate() {
+                    let mut first = 0;
+                    while first < self.blocks(m) {
+                        tick(on, &self.stage(m), f64::from(done + first) / f64::from(total))?;
+                        let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
+                        let start = Instant::now();
+                        let end = first + count;
+                        let (node_begin, node_count, adds) = (nodes.start, nodes.end, u32::from(part > 0));
+                        let push = Push { first, end, node_begin, node_count, adds, ..push };
+                        let buffers = [&node_buffer, &texels, &lines, &axes, &result, &status];
+                        gpu.dispatch(&kernel, &buffers, &push, [count.div_ceil(WORKGROUP), 1, 1])?;
+                        next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
+                        let last = end == self.blocks(m);
+                        if (first == 0 || last) && gpu.read::<u32>(&status)?[0] != 0 {
+                            gpu.write(&mut status, &[0u32])?;
+                            if parts.len() >= MOST_PARTS {
+                                return Err(self.overrun(m));
+                            }
+                            parts = tree.parts(8 * parts.len());
+                            continue 'again;
+                        }
+                        first = end;
+                    }
+                }
+                break;
             }
-            if gpu.read::<u32>(&status)?[0] != 0 {
-                gpu.write(&mut status, &[0u32])?;
-                return Err(self.overrun(m));
-            }
+            done += self.blocks(m);
             offset += self.texels(m);
         }
         tick(on, "filtered", 1.0)?;
@@ -544,7 +560,9 @@ impl SpecularJob {
             first: 0,
             end: 0,
             offset,
+            node_begin: 0,
             node_count: tree.nodes.len() as u32,
+            adds: 0,
             limit: self.precision.limit,
             rows: source.height,
             d_theta: (std::f64::consts::PI / f64::from(source.height)) as f32,
@@ -608,7 +626,9 @@ struct Push {
     first: u32,
     end: u32,
     offset: u32,
+    node_begin: u32,
     node_count: u32,
+    adds: u32,
     limit: u32,
     rows: u32,
     d_theta: f32,
@@ -661,11 +681,12 @@ impl Lobe {
         let middle = axes.iter().fold([0.0; 3], |a, n| [a[0] + n[0], a[1] + n[1], a[2] + n[2]]);
         let middle = normalized(middle);
         let reach = axes.iter().map(|n| dot(minus(*n, middle), minus(*n, middle))).fold(0.0, f64::max).sqrt();
+        let most_steps = p.limit * MOST_PARTS as u32;
         let mut walked = Walked { values: vec![[0.0; 3]; axes.len()], steps: 0, added: 0 };
         let mut i = 0;
         while i < tree.nodes.len() {
             walked.steps += 1;
-            if walked.steps > p.limit {
+            if walked.steps > most_steps {
                 return None;
             }
             let node = &tree.nodes[i];
@@ -695,7 +716,7 @@ impl Lobe {
         for value in &mut walked.values {
             (0..3).for_each(|k| value[k] = value[k] * self.inverse_norm + f64::from(tree.base[k]));
         }
-        (walked.steps <= p.limit).then_some(walked)
+        (walked.steps <= most_steps).then_some(walked)
     }
 
     /// Adds a leaf part by part: rectangles in (θ, φ), each with its texel's radiance.

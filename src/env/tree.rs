@@ -262,6 +262,24 @@ impl Tree {
         self.nodes.par_iter().any(|n| n.skip() == 1 && n.is_cut(extent_rad, sharp))
     }
 
+    /// The tree as `count` subtrees or a few more, by their nodes, in order; their common ancestors are in none.
+    pub fn parts(&self, count: usize) -> Vec<std::ops::Range<u32>> {
+        let mut parts = vec![0u32];
+        let skip = |node: u32| self.nodes[node as usize].skip();
+        while parts.len() < count {
+            // The largest goes; its children, each as far behind the other as it has nodes, come.
+            let largest = (0..parts.len()).max_by_key(|i| skip(parts[*i])).expect("there is one");
+            let node = parts[largest];
+            if skip(node) == 1 {
+                break;
+            }
+            let end = node + skip(node);
+            let next = |child: &u32| Some(child + skip(*child)).filter(|next| *next < end);
+            parts.splice(largest..=largest, std::iter::successors(Some(node + 1), next));
+        }
+        parts.into_iter().map(|node| node..node + skip(node)).collect()
+    }
+
     /// Decodes node `i`.
     pub fn moments(&self, i: usize) -> Moments {
         let node = &self.nodes[i];
