@@ -427,6 +427,7 @@ fn requests_that_cannot_be_right_are_refused() {
 fn gpu_agrees_with_its_twin() {
     on_gpu(|backend| {
         let source = room(128);
+        // Charlie is as steep as it may be here.
         let jobs = ZONALS.iter().map(|k| kernel_job(k.name, 32, "quadratic"));
         let shapes = ["equirect", "octahedral"].map(|shape| shape_job(shape, 16));
         for job in jobs.chain([job(64, "linear")]).chain(shapes) {

@@ -32,7 +32,9 @@ layout(push_constant) uniform Job {
     uint first;         // this slice's blocks
     uint end;
     uint offset;        // of this mip in the result, in texels
-    uint node_count;
+    uint node_begin;    // this pass's nodes
+    uint node_count;    // where they end
+    uint adds;          // 1 where an earlier pass has left its sums
     uint limit;         // iterations
     uint rows;          // of the source, or of one of its faces
     float d_theta;      // sides of a source texel
@@ -42,6 +44,9 @@ layout(push_constant) uniform Job {
     float inverse_norm;
     float blue_red;     // D of blue is blue_red * D of red + blue_green * D of green
     float blue_green;
+    float base_red;
+    float base_green;
+    float base_blue;
 } job;
 
 const uint TEXELS = 16u;
@@ -117,9 +122,13 @@ void main() {
     bool cutting = false;
     uvec2 corner = uvec2(0u), unit = uvec2(1u), parts = uvec2(1u), count = uvec2(0u), part = uvec2(0u);
 #endif
-    uint i = 0u;
+    uint i = job.node_begin;
     uint step = 0u;
+#if CUT
+    while ((i < node_count || cutting) && step < limit) {
+#else
     while (i < node_count && step < limit) {
+#endif
         // Find the next node to add.
         uint at = node_count;
         vec3 c = vec3(0.0);
@@ -289,13 +298,16 @@ void main() {
     if (i < node_count) atomicMax(overrun, 1u);
 #endif
 
-    // Added to what other pieces of the tree gave, and to the source's base. All are read before any is written: a texel
-    // that stands in for others is written several times.
+    // Texels that stand in for others hold the same sums, so what they read must not be what they wrote.
+    vec3 before[TEXELS];
     uint at;
-#define GATHER(I) at = index_of(block, I); \
-    sum[I] = job.inverse_norm * sum[I] + vec3(result[at], result[at + 1u], result[at + 2u]);
-    EACH_TEXEL(GATHER)
+#define BEFORE(I) at = index_of(block, I); \
+    before[I] = job.adds == 0u ? vec3(job.base_red, job.base_green, job.base_blue) \
+                           : vec3(result[at], result[at + 1u], result[at + 2u]);
+    EACH_TEXEL(BEFORE)
 #define STORE(I) at = index_of(block, I); \
-    result[at] = sum[I].x; result[at + 1u] = sum[I].y; result[at + 2u] = sum[I].z;
+    result[at] = fma(sum[I].x, job.inverse_norm, before[I].x); \
+    result[at + 1u] = fma(sum[I].y, job.inverse_norm, before[I].y); \
+    result[at + 2u] = fma(sum[I].z, job.inverse_norm, before[I].z);
     EACH_TEXEL(STORE)
 }

@@ -64,6 +64,8 @@ pub const MAX_SIZE: u32 = 4096;
 /// Texels along a side of a block: what one invocation computes. Kernels with a ring at the horizon take smaller blocks
 /// where the texels of one would look along too many rings.
 const BLOCK: u32 = 4;
+/// More parts than these a tree is not walked in.
+const MOST_PARTS: usize = 64;
 /// Invocations a workgroup, as in the shader.
 const WORKGROUP: u32 = 32;
 /// Sources with fewer columns are repeated texel by texel: a leaf must not be cut into too many parts.
@@ -399,10 +401,10 @@ impl SpecularJob {
         Ok(levels)
     }
 
-    /// Texels along a side of a block at mip `m`: as many as keep its reach within four times the least room.
+    /// Texels along a side of a block at mip `m`: as many as keep its reach within twice the least room.
     fn block_size(&self, m: u32) -> u32 {
-        let texel_rad = std::f64::consts::PI / f64::from(2 * self.level_size(m).1);
-        let most = 4.0 * (self.kernel.least_room)(self.alpha(m));
+        let texel_rad = self.projection.texel_rad(self.level_size(m).1);
+        let most = 2.0 * (self.kernel.least_room)(self.alpha(m));
         let fits = |size: &u32| f64::from(size - 1) * texel_rad * 0.5f64.sqrt() <= most;
         match self.kernel.peak {
             Peak::Axis => BLOCK,
@@ -427,7 +429,7 @@ impl SpecularJob {
 
     fn overrun(&self, m: u32) -> Error {
         let detail = format!(
-            "mip {m} (alpha {:.5}) needs more than {} steps a block; use fewer mips or a larger --size",
+            "mip {m} (alpha {:.5}) needs more than {} steps a block and part of the tree; use fewer mips or a larger --size",
             self.alpha(m),
             self.precision.limit
         );
@@ -524,36 +526,57 @@ impl SpecularJob {
         let mut status = gpu.upload("status", &[0u32])?;
         let axes = gpu.upload("axes", &self.axes(&prepared.frame))?;
         let count: u32 = self.filtered().map(|m| self.texels(m)).sum();
-        // Walks add to what is there.
-        let result = gpu.upload("result", &vec![tree.base; count as usize])?;
+        let result = gpu.buffer("result", u64::from(count) * 12)?;
+        let buffer_nodes = BUFFER_BYTES / size_of::<Node>();
+        let mut buffers = vec![];
+        for range in tree.pieces(0..tree.nodes.len(), buffer_nodes) {
+            let nodes = gpu.upload("nodes", &tree.nodes[range.clone()])?;
+            buffers.push((range, nodes));
+        }
 
-        let pieces = tree.pieces(BUFFER_BYTES / size_of::<Node>());
-        let total = pieces.len() as u32 * self.filtered().map(|m| self.blocks(m)).sum::<u32>();
-        let mut done = 0;
+        let total: u32 = self.filtered().map(|m| self.blocks(m)).sum();
+        let (mut done, mut offset) = (0, 0);
         let mut next = slice.unwrap_or(1);
-        for piece in pieces {
-            let nodes = gpu.upload("nodes", &tree.nodes[piece.clone()])?;
-            let mut offset = 0;
-            for m in self.filtered() {
-                let push = Push { node_count: piece.len() as u32, ..self.push(m, offset, prepared) };
-                let mut first = 0;
-                while first < self.blocks(m) {
-                    tick(on, &self.stage(m), f64::from(done) / f64::from(total))?;
-                    let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
-                    let start = Instant::now();
-                    let slice_push = Push { first, end: first + count, ..push };
-                    let buffers = [&nodes, &texels, &lines, &axes, &result, &status];
-                    gpu.dispatch(&kernel, &buffers, &slice_push, [count.div_ceil(WORKGROUP), 1, 1])?;
-                    next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
-                    first += count;
-                    done += count;
+        for m in self.filtered() {
+            let push = self.push(m, offset, prepared);
+            // Parts of the tree, walked one after the other: as many as it takes that none needs too many steps.
+            let mut most = tree.nodes.len().min(buffer_nodes);
+            'again: loop {
+                let parts: Vec<_> = buffers
+                    .iter()
+                    .flat_map(|(range, nodes)| {
+                        tree.pieces(range.clone(), most).into_iter().map(move |p| (range, nodes, p))
+                    })
+                    .collect();
+                for (part, (range, nodes, piece)) in parts.iter().enumerate() {
+                    let (node_begin, node_count) =
+                        ((piece.start - range.start) as u32, (piece.end - range.start) as u32);
+                    let mut first = 0;
+                    while first < self.blocks(m) {
+                        tick(on, &self.stage(m), f64::from(done + first) / f64::from(total))?;
+                        let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
+                        let start = Instant::now();
+                        let end = first + count;
+                        let push = Push { first, end, node_begin, node_count, adds: u32::from(part > 0), ..push };
+                        let bound = [nodes, &texels, &lines, &axes, &result, &status];
+                        gpu.dispatch(&kernel, &bound, &push, [count.div_ceil(WORKGROUP), 1, 1])?;
+                        next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
+                        let last = end == self.blocks(m);
+                        if (first == 0 || last) && gpu.read::<u32>(&status)?[0] != 0 {
+                            gpu.write(&mut status, &[0u32])?;
+                            if parts.len() >= MOST_PARTS || most < 8 {
+                                return Err(self.overrun(m));
+                            }
+                            most /= 8;
+                            continue 'again;
+                        }
+                        first = end;
+                    }
                 }
-                if gpu.read::<u32>(&status)?[0] != 0 {
-                    gpu.write(&mut status, &[0u32])?;
-                    return Err(self.overrun(m));
-                }
-                offset += self.texels(m);
+                break;
             }
+            done += self.blocks(m);
+            offset += self.texels(m);
         }
         tick(on, "filtered", 1.0)?;
         let all = gpu.read::<f32>(&result)?;
@@ -582,7 +605,9 @@ impl SpecularJob {
             first: 0,
             end: 0,
             offset,
+            node_begin: 0,
             node_count: tree.nodes.len() as u32,
+            adds: 0,
             limit: self.precision.limit,
             rows,
             d_theta: (std::f64::consts::PI / f64::from(rows)) as f32,
@@ -592,6 +617,7 @@ impl SpecularJob {
             inverse_norm: lobe.inverse_norm as f32,
             blue_red: blue_red as f32,
             blue_green: blue_green as f32,
+            base: tree.base,
         }
     }
 
@@ -646,7 +672,9 @@ struct Push {
     first: u32,
     end: u32,
     offset: u32,
+    node_begin: u32,
     node_count: u32,
+    adds: u32,
     limit: u32,
     rows: u32,
     d_theta: f32,
@@ -656,6 +684,7 @@ struct Push {
     inverse_norm: f32,
     blue_red: f32,
     blue_green: f32,
+    base: [f32; 3],
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -698,11 +727,12 @@ impl Lobe {
         let middle = axes.iter().fold([0.0; 3], |a, n| [a[0] + n[0], a[1] + n[1], a[2] + n[2]]);
         let middle = normalized(middle);
         let reach = axes.iter().map(|n| dot(minus(*n, middle), minus(*n, middle))).fold(0.0, f64::max).sqrt();
+        let most_steps = p.limit * MOST_PARTS as u32;
         let mut walked = Walked { values: vec![[0.0; 3]; axes.len()], steps: 0, added: 0 };
         let mut i = 0;
         while i < tree.nodes.len() {
             walked.steps += 1;
-            if walked.steps > p.limit {
+            if walked.steps > most_steps {
                 return None;
             }
             let node = &tree.nodes[i];
@@ -739,7 +769,7 @@ impl Lobe {
         for value in &mut walked.values {
             (0..3).for_each(|k| value[k] = value[k] * self.inverse_norm + f64::from(tree.base[k]));
         }
-        (walked.steps <= p.limit).then_some(walked)
+        (walked.steps <= most_steps).then_some(walked)
     }
 
     /// Adds a leaf by parts of at most `side`: rectangles in (θ, φ), each with its texel's radiance.
@@ -874,7 +904,7 @@ mod tests {
         };
         let expected = walk(&whole);
         for most in [100, 5000, 1 << 21] {
-            let pieces = whole.tree.pieces(most);
+            let pieces = whole.tree.pieces(0..whole.tree.nodes.len(), most);
             assert_eq!(pieces.len() == 1, most > whole.tree.nodes.len());
             assert!(pieces.iter().all(|p| p.len() <= most));
             let mut sum = [0.0; 3];

@@ -238,7 +238,7 @@ fn laws(job: &SpecularJob, texture: &Texture, encoding: Encoding, failures: &mut
             }
         })
         .collect();
-    let texel_rad = 2.0 / f64::from(texture.height);
+    let texel_rad = job.projection.texel_rad(texture.height);
     for pair in levels.windows(2) {
         let [above, level] = pair else { continue };
         // The point sample of a sharp lobe may exceed a box average; beyond mip 0's texels it may not.

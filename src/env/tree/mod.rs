@@ -261,12 +261,12 @@ impl Tree {
         nodes
     }
 
-    /// Cuts the nodes into ranges of at most `most` that can be walked one after the other. Roots of more are left out:
+    /// Cuts a range of nodes into ranges of at most `most` that can be walked one after the other. Roots of more are left out:
     /// their children stand for them.
-    pub fn pieces(&self, most: usize) -> Vec<Range<usize>> {
+    pub fn pieces(&self, range: Range<usize>, most: usize) -> Vec<Range<usize>> {
         let mut pieces: Vec<Range<usize>> = vec![];
-        let mut i = 0;
-        while i < self.nodes.len() {
+        let mut i = range.start;
+        while i < range.end {
             let end = i + self.nodes[i].skip() as usize;
             if end - i > most {
                 i += 1;
