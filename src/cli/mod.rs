@@ -71,7 +71,7 @@ Examples:
   brdf-baker env sky.hdr -o sheen.ktx2 --kernel charlie --shape octahedral
   brdf-baker env sky.hdr -o diffuse.hdr --kernel lambert --shape equirect"
     )]
-    Env(env::EnvArgs),
+    Env(Box<env::EnvArgs>),
     /// Check a baked file against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2

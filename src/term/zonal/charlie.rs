@@ -22,7 +22,8 @@ pub static CHARLIE: Zonal = Zonal {
     scale: |alpha| 1.0 / (0.5 / alpha + 1.0),
     peak: Peak::Horizon,
     sharp_horizon: true,
-    least_alpha: Some(0.003),
+    brightness: 2.5,
+    least_alpha: Some(0.01),
 };
 
 #[inline]

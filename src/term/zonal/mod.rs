@@ -60,6 +60,8 @@ pub struct Zonal {
     /// K falls so steeply to the horizon that a node there must know its own reach in the axis's direction; a mean over
     /// directions serves the others. The GLSL file's `SHARP_HORIZON`.
     pub sharp_horizon: bool,
+    /// How much further than for others bright nodes are cut: a light at a kink shows more of the error.
+    pub brightness: f64,
     /// Least alpha that is filtered within the stated error; `None` where K does not depend on alpha.
     pub least_alpha: Option<f64>,
 }
