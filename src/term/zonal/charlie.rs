@@ -6,7 +6,8 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal, fainter};
+use super::{Peak, Zonal};
+use crate::term::fainter::fainter;
 
 /// See the module.
 pub static CHARLIE: Zonal = Zonal {
