@@ -44,6 +44,12 @@ fn main() {
     add("env 256, linear, from 512x256", &["env", "512.exr", "-o", "a.ktx2"]);
     add("env 256, quadratic, from 512x256", &["env", "512.exr", "-o", "a.ktx2", "--roughness-law", "quadratic"]);
     add("env 256, linear, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2"]);
+    add("env 256, draft, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--quality", "draft"]);
+    add("env 256, reference, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--quality", "reference"]);
+    add("env 256, beckmann, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--kernel", "beckmann"]);
+    add("env 256, charlie, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--kernel", "charlie"]);
+    add("irradiance 64, from 2048x1024", &["env", "2048.exr", "--irradiance", "a.ktx2"]);
+    add("harmonics, from 2048x1024", &["env", "2048.exr", "--sh", "a.json"]);
     add("env 512, linear, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--size", "512"]);
 
     if !as_json {

@@ -177,7 +177,7 @@ impl SpecularRequest {
         let quality = quality::parse(&self.quality)?;
         let size = self.size.unwrap_or(if kernel.least_alpha.is_some() { 256 } else { 64 });
         if !(1..=MAX_SIZE).contains(&size) {
-            let what = format!("a {} of size {size} cannot be baked", projection.name());
+            let what = format!("a {} whose side has {size} texels cannot be baked", projection.name());
             return Err(Error::usage(what, format!("use --size from 1 to {MAX_SIZE}")));
         }
         if projection == Projection::Octahedral && !size.is_power_of_two() {

@@ -5,8 +5,9 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal, fainter};
+use super::{Peak, Zonal};
 use crate::quadrature::gauss_legendre::gauss_legendre;
+use crate::term::fainter::fainter;
 
 /// See the module.
 pub static BECKMANN: Zonal = Zonal {

@@ -5,7 +5,8 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal, fainter};
+use super::{Peak, Zonal};
+use crate::term::fainter::fainter;
 
 /// See the module.
 pub static BLINN_PHONG: Zonal = Zonal {
