@@ -142,14 +142,7 @@ const TERMS: &[Term] = &[
         twin: |x| zonal::ggx::over_node(x[0], 1.0 - 2.0 * x[0], x[1], x[2], x[3])[1],
         worst: 2e-6,
     },
-    Term {
-        name: "room",
-        visibility: "smith",
-        function: 40,
-        input: place,
-        twin: |x| zonal::ggx::room(x[0], x[1], x[2], x[3]),
-        worst: 2e-6,
-    },
+    Term { name: "room", function: 40, input: place, twin: |x| zonal::ggx::room(x[0], x[1], x[2], x[3]), worst: 2e-6 },
 ];
 
 /// Squared distance, reach and extent of a node, alpha.

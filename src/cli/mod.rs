@@ -57,7 +57,7 @@ enum Command {
     #[command(after_help = "Examples:
   brdf-baker bake split-sum -o dfg.ktx2
   brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45")]
-    Bake(bake::BakeArgs),
+    Bake(Box<bake::BakeArgs>),
     /// Prefilter an environment: specular mips, irradiance, spherical harmonics
     #[command(
         after_help = "INPUT is a file (.hdr .exr .png .jpg: equirectangular, strip or cross; .ktx2 .dds: a cube) \
