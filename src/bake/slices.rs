@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// A slice should take this long: enough to keep a GPU busy, short enough for progress, cancel and watchdogs.
-const AIM: Duration = Duration::from_millis(25);
+const AIM: Duration = Duration::from_millis(15);
 
 /// The next slice after one of `count` invocations that took this long: it aims at [`AIM`], grows at most four-fold, and
 /// fills at least two workgroups, so that both cores of a small processor get something to do.
