@@ -298,7 +298,7 @@ pub fn verify(
         Some(source) => cube::check_with_source(&job, texture, source, encoding, checked.extent, on)?,
         None => cube::check(&job, texture, encoding, checked.extent, on)?,
     };
-    let certificate = certificate.environment(&job, &texture.meta, &report, source.is_some());
+    let certificate = certificate.environment(&job, &texture.meta, &report, encoding);
     let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
     let mut failures = [certificate.failures.clone(), report.failures.clone()].concat();
     if let Some(most) = checked.max_error {

@@ -55,8 +55,12 @@ impl VerifyArgs {
         let (texture, encoding) = format::for_path(&self.file)?.read(&self.file)?;
         let named = |e: Error| Error::input(&self.file, e.to_string(), e.help().to_string());
         let certificate = Certificate::texels(&texture, encoding).map_err(named)?;
-        // Which of several changed texels is worst, only a look at all of them can say.
-        let extent = if self.full || certificate.refuted() { Extent::Full } else { Extent::Spot };
+        let extent = match (self.full, certificate.several_changed) {
+            (true, _) => Extent::Full,
+            // Which of them is worst, only a look at all can say.
+            (false, true) => Extent::Twin,
+            (false, false) => Extent::Spot,
+        };
         let checked = Checked { file: self.file.clone(), extent, max_error: self.max_error, page };
         if texture.shape != Shape::Table {
             let source = self.source.as_deref();

@@ -28,7 +28,7 @@ const exponential = value => value.toExponential(2);
 const percent = value => `${(100 * value).toFixed(2)} %`;
 const plain = value => String(value);
 /// Six significant digits: more than a half float holds, fewer than hide in a row of zeros.
-const short = value => (value === 0 ? "0" : Math.abs(value) < 1e-4 ? value.toExponential(3) : value.toPrecision(6));
+const short = value => (value === 0 ? "0" : Math.abs(value) < 1e-4 ? value.toExponential(3) : String(Number(value.toPrecision(6))));
 
 /// A number of the result, e.g. "report.channels.0.worst".
 function number(path, format = exponential) {
@@ -136,15 +136,15 @@ function laws() {
 function certificate() {
     const words = { confirmed: "✓ confirmed", refuted: "✗ refuted", stated: "stated", missing: "not stated" };
     const colours = { confirmed: "good", refuted: "bad", stated: "unsure", missing: "unsure" };
-    const short = text => (text.length > 40 ? `${text.slice(0, 16)}…${text.slice(-8)}` : text);
+    const brief = text => (text.length > 60 ? `${text.slice(0, 16)}…${text.slice(-8)}` : text);
     const row = claim => {
         const text = claim.stated ?? "";
         const found = claim.found !== null && claim.found !== claim.stated
-            ? element("div", { class: "note" }, "found ", element("code", {}, short(claim.found))) : null;
-        return [element("code", {}, claim.key), element("span", {}, element("code", { title: text }, short(text)), found),
+            ? element("div", { class: "note" }, "found ", element("code", {}, brief(claim.found))) : null;
+        return [element("code", {}, claim.key), element("span", {}, element("code", { title: text }, brief(text)), found),
             element("span", { class: colours[claim.verdict] }, words[claim.verdict])];
     };
-    return element("div", {}, element("h2", {}, "Certificate"),
+    return element("div", { class: "certificate" }, element("h2", {}, "Certificate"),
         element("p", { class: "note" }, "What the file claims of itself. Errors are those before rounding; where it was " +
             "baked cannot be seen in it."),
         tableOf(null, result.certificate.claims.map(row)));

@@ -60,7 +60,9 @@ function environmentPage() {
         return found.map((v, c) => (v - expected[c]) / Math.max(Math.abs(expected[c]), 1e-6))
             .reduce((most, d) => (Math.abs(d) > Math.abs(most) || Number.isNaN(d) ? d : most), 0);
     };
-    const REACH = 2e-3;
+    // The scale of a mip's differences: a few texels may be further off than the root mean square.
+    const REACH = 2;
+    const boundOf = mip => result.report.mips.find(m => m.mip === mip.mip).bound;
 
     function mips() {
         const slider = element("input", { type: "range", min: String(exposure - 10), max: String(exposure + 10), step: "0.5", value: String(exposure), id: "exposure" });
@@ -89,7 +91,7 @@ function environmentPage() {
                     `off by ${exponential(difference(mip, n))}`);
                 shapes.push(face("some of its texels", mip.grid, n => shown(rgb(mip.found, n)), both),
                     face("the same by brute force", mip.grid, n => shown(rgb(mip.expected, n)), both),
-                    face("relative difference", mip.grid, n => signed(difference(mip, n) / REACH), both));
+                    face("relative difference", mip.grid, n => signed(difference(mip, n) / (REACH * boundOf(mip))), both));
             }
             return element("div", { class: "mip" }, element("div", {}, lines), shapes);
         });
@@ -98,7 +100,7 @@ function environmentPage() {
                 "approximation with the bake. The figures at the left are of the check itself, the pictures of an even grid of texels."),
             element("div", { class: "choice" }, element("label", { for: "exposure" }, "exposure"), slider, stops),
             element("div", { class: "mips" }, rows),
-            compared.length ? colourScale(`−${REACH} (too dark)`, x => signed(2 * x - 1), `+${REACH} (too bright); magenta: beyond`) : null,
+            compared.length ? colourScale(`too dark by ${REACH} × the mip's bound`, x => signed(2 * x - 1), `too bright by ${REACH} × the bound; magenta: beyond`) : null,
             element("div", { class: "probe" }, probe));
     }
 
@@ -109,7 +111,7 @@ function environmentPage() {
             level.seams ? number(`report.levels.${i}.seams.across`) : "", level.seams ? number(`report.levels.${i}.seams.within`) : ""];
         return section("Light in every mip", tableOf(["", "mean radiance (r g b)", "brightest", "relative variance", "roughness of seams", "of the inside"],
             result.report.levels.map(row)),
-            element("p", { class: "note" }, "The mean over the sphere stays nearly the same from mip to mip, peak and variance fall. Where faces meet, " +
+            element("p", { class: "note below" }, "The mean over the sphere stays nearly the same from mip to mip, peak and variance fall. Where faces meet, " +
                 "steps between texels should be as regular as inside of them."));
     }
 

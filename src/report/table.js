@@ -12,13 +12,18 @@ function tablePage() {
     const at = (array, x, y, channel) => array[(y * columns + x) * count + channel];
 
     let channel = 0;
-    let probe = [Math.floor(columns / 3), Math.floor(rows / 3)];
     const redraws = [];
     const redraw = () => redraws.forEach(draw => draw());
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    dark.addEventListener("change", redraw);
 
     // Most errors are within half a step by rounding alone; single floats get the range that they have.
     const worst = ulps.reduce((most, e) => Math.max(most, Math.abs(e)), 0);
     const reach = picture.single ? Math.max(1, Math.min(worst, 1e4)) : 1;
+    // A wrong file opens with the probe on what is worst.
+    const worstAt = Math.floor(ulps.findIndex(e => Math.abs(e) === worst || Number.isNaN(e)) / count);
+    let probe = result.passed || worstAt < 0 ? [Math.floor(columns / 3), Math.floor(rows / 3)]
+        : [worstAt % columns, Math.floor(worstAt / columns)];
     const reachText = picture.single ? reach.toPrecision(2) : "1";
 
     function overview() {
@@ -30,12 +35,12 @@ function tablePage() {
         return section("Errors against the truth",
             tableOf(["channel", "largest", "at texel (x, y)", "rms", "median", "correctly rounded"],
                 result.report.channels.map(row)),
-            element("p", { class: "note" }, "Absolute up to 1, relative beyond, rounding to ", element("code", {}, result.encoding),
+            element("p", { class: "note below" }, "Absolute up to 1, relative beyond, rounding to ", element("code", {}, result.encoding),
                 " included. The truth: ", number("report.truth_texels", plain),
                 " texels by adaptive f64 integration over light directions, itself within ", number("report.truth_error"),
                 ". The twin: ", number("report.twin_texels", plain),
                 " texels by the same rule in f64, largest difference ", number("report.twin_worst"), ", median ",
-                number("report.twin_median"), ". A texel passes within ", number("report.bound"), " or more."));
+                number("report.twin_median"), ". The tightest bound of a checked texel is ", number("report.bound"), "."));
     }
 
     function channelButtons() {
@@ -52,7 +57,6 @@ function tablePage() {
 
     function map(title, note, colour, scale) {
         const canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": `${title}; arrow keys move the probe` });
-        if (flat) canvas.style.height = "72px";
         const move = event => {
             const box = canvas.getBoundingClientRect();
             const place = (offset, size, n) => Math.min(Math.max(Math.floor((offset / size) * n), 0), n - 1);
@@ -76,12 +80,14 @@ function tablePage() {
             if (painted !== channel) paint(still, columns, rows, colour);
             painted = channel;
             const zoom = Math.max(1, Math.round(512 / columns));
+            // A single row is drawn as a band.
+            const tall = flat ? 72 : zoom;
             canvas.width = columns * zoom;
-            canvas.height = rows * zoom;
+            canvas.height = rows * tall;
             const context = canvas.getContext("2d");
             context.imageSmoothingEnabled = false;
             context.drawImage(still, 0, 0, canvas.width, canvas.height);
-            const [x, y] = probe.map(i => (i + 0.5) * zoom);
+            const [x, y] = [(probe[0] + 0.5) * zoom, (probe[1] + 0.5) * tall];
             for (const [width, ink] of [[3, "#000"], [1, "#fff"]]) {
                 context.lineWidth = width;
                 context.strokeStyle = ink;
@@ -182,7 +188,8 @@ function tablePage() {
                 label(px(0), pe(most) - 7, "stored − truth, in ulp"));
             let ends = [];
             lines.forEach((line, i) => {
-                const [r, g, b] = viridis(0.08 + (0.8 * i) / Math.max(lines.length - 1, 1));
+                // The end of the ramp that the page's colour would swallow is left out.
+                const [r, g, b] = viridis((dark.matches ? 0.3 : 0.05) + (0.7 * i) / Math.max(lines.length - 1, 1));
                 const ink = `rgb(${r} ${g} ${b})`;
                 const where = other ? other.coordinates[line.at] : 0;
                 const x = j => px(axis.coordinates[line.places[j]]);
@@ -205,7 +212,7 @@ function tablePage() {
                 label(px(1) + 20, end.y + 4, end.text)));
             svg.replaceChildren(...parts);
         });
-        return element("figure", {}, element("h3", {}, `Along ${named(axis)}` + (other ? `, at five values of ${named(other)}` : "")), svg);
+        return element("figure", { class: "chart" }, element("h3", {}, `Along ${named(axis)}` + (other ? `, at five values of ${named(other)}` : "")), svg);
     }
 
     function slices() {
@@ -250,7 +257,7 @@ function tablePage() {
                 label(x0 + taken(i) * size, y0 - 10, edges ? `${i}/3` : `${2 * i + 1}/8`, { "text-anchor": "middle" }),
                 label(x0 + (i + 0.5) * size, y0 + 52, `texel ${i}`, { "text-anchor": "middle" }));
         }
-        const points = drawn("svg", { viewBox: "0 0 420 110", role: "img", "aria-label": "where in its texel a value is taken" }, texels);
+        const points = drawn("svg", { viewBox: "0 0 500 110", role: "img", "aria-label": "where in its texel a value is taken" }, texels);
         const rule = edges ? "Edges: texel i of N holds the value at i/(N − 1). The first is the limit at 0, the last the value at 1."
             : "Centers: texel i of N holds the value at (i + ½)/N, which is what a sampler reads there.";
 

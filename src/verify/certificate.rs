@@ -13,7 +13,7 @@ use super::table::TableReport;
 use crate::bake::TableJob;
 use crate::bake::specular::SpecularJob;
 use crate::error::Result;
-use crate::format::{Changed, Encoding, Fingerprint, SHA256};
+use crate::format::{Changed, Encoding, Fingerprint, Repr, SHA256};
 use crate::texture::{Meta, Shape, Texture};
 
 /// What became of a claim.
@@ -48,12 +48,15 @@ pub struct Claim {
 pub struct Certificate {
     /// In the order of their importance.
     pub claims: Vec<Claim>,
+    /// More texels than one are other ones than those that were baked.
+    pub several_changed: bool,
     /// What is wrong, in sentences; empty when nothing is refuted.
     pub failures: Vec<String>,
 }
 
-/// The relative error of a figure that is stated with three digits.
+/// The relative error of a figure that is stated with three digits, and with two.
 const THREE_DIGITS: f64 = 5.1e-3;
+const TWO_DIGITS: f64 = 5.1e-2;
 
 impl Certificate {
     /// Holds the texels of any file against its hash; the rest of its claims comes with [`Certificate::table`] or
@@ -62,21 +65,20 @@ impl Certificate {
         let found = Fingerprint::of(texture, encoding)?;
         let Some(stated) = Fingerprint::stated(&texture.meta)? else {
             let claim = Claim { key: SHA256, stated: None, found: Some(found.sha256), verdict: Verdict::Missing };
-            return Ok(Certificate { claims: vec![claim], failures: vec![] });
+            return Ok(Certificate { claims: vec![claim], several_changed: false, failures: vec![] });
         };
         let texels = texture.levels.iter().map(|l| l.len() as u64).sum::<u64>() / texture.channels.len() as u64;
-        let failures = found.changed_since(&stated, texels).map(|changed| match changed {
-            Changed::One(index) => format!("{} was changed after it was baked", place(texture, index)),
-            Changed::Several => "several texels were changed after they were baked, or stored another way".into(),
-        });
-        let verdict = if failures.is_some() { Verdict::Refuted } else { Verdict::Confirmed };
+        let changed = found.changed_since(&stated, texels);
+        let failures = match changed {
+            None => vec![],
+            Some(Changed::One(index)) => vec![format!("{} was changed after it was baked", place(texture, index))],
+            Some(Changed::Several) => {
+                vec!["several texels were changed after they were baked, or stored in another encoding".into()]
+            }
+        };
+        let verdict = if changed.is_some() { Verdict::Refuted } else { Verdict::Confirmed };
         let claim = Claim { key: SHA256, stated: Some(stated.sha256), found: Some(found.sha256), verdict };
-        Ok(Certificate { claims: vec![claim], failures: failures.into_iter().collect() })
-    }
-
-    /// Are the texels other ones than the file states?
-    pub fn refuted(&self) -> bool {
-        !self.failures.is_empty()
+        Ok(Certificate { claims: vec![claim], several_changed: changed == Some(Changed::Several), failures })
     }
 
     /// Adds the claims of a table.
@@ -88,33 +90,42 @@ impl Certificate {
         self
     }
 
-    /// Adds the claims of an environment. Its errors are confirmed where all mips were compared with the `source`.
+    /// Adds the claims of an environment; its errors can be measured again only with the source.
     pub fn environment(
         mut self,
         job: &SpecularJob,
         meta: &Meta,
         report: &CubeReport,
-        with_source: bool,
+        encoding: Encoding,
     ) -> Certificate {
         self.rule(meta, job.rule());
-        let within = report.failures.is_empty();
-        for (key, of) in [
-            ("error.relative.rms", (|m| m.rms) as fn(&super::cube::MipReport) -> f64),
-            ("error.relative.worst", |m| m.worst),
-        ] {
-            let found = report.mips.iter().map(of).fold(0.0, f64::max);
+        for (key, found) in
+            [("error.relative.rms", report.certified_rms), ("error.relative.worst", report.certified_worst)]
+        {
             let stated = meta.get(key).map(String::from);
-            // The texels compared here are more than those of the bake's own check, and rounded: the bound decides.
-            let verdict = match (&stated, with_source && !report.mips.is_empty()) {
+            let most = stated.as_deref().map(str::parse::<f64>);
+            let rounding = encoding.half_ulp_at(1.0, 1.0);
+            let verdict = match (most, found) {
                 (None, _) => Verdict::Missing,
-                (_, true) if within => Verdict::Confirmed,
-                _ => Verdict::Stated,
+                (_, None) => Verdict::Stated,
+                (Some(Ok(most)), Some(found)) if found <= most * (1.0 + TWO_DIGITS) + rounding => Verdict::Confirmed,
+                // Rounding may take a larger share of very dark texels.
+                (Some(Ok(_)), Some(_)) if encoding.repr != Repr::F32 => Verdict::Stated,
+                (_, Some(found)) => {
+                    self.refute(key, stated.as_deref(), found);
+                    Verdict::Refuted
+                }
             };
-            let found = (with_source && !report.mips.is_empty()).then(|| format!("{found:.1e}"));
+            let found = found.map(|found| format!("{found:.1e} with rounding"));
             self.claims.push(Claim { key, stated, found, verdict });
         }
         self.origin(meta);
         self
+    }
+
+    fn refute(&mut self, key: &str, stated: Option<&str>, found: f64) {
+        let stated = stated.unwrap_or_default();
+        self.failures.push(format!("its {key} is {stated} by its certificate, but {found:.2e} was measured"));
     }
 
     /// The rule must be the one that this program would use, if this version baked the file.
@@ -140,12 +151,15 @@ impl Certificate {
             None => Verdict::Missing,
             Some(Ok(most)) if found <= most * (1.0 + THREE_DIGITS) => Verdict::Confirmed,
             Some(_) => {
-                let stated = stated.as_deref().unwrap_or_default();
-                self.failures.push(format!("its {key} is {stated} by its certificate, but {found:.2e} was measured"));
+                self.refute(key, stated.as_deref(), found);
                 Verdict::Refuted
             }
         };
-        self.claims.push(Claim { key, stated, found: Some(format!("{found:.2e}")), verdict });
+        let found = match found {
+            0.0 => "nothing beyond rounding".into(),
+            found => format!("{found:.2e} beyond rounding"),
+        };
+        self.claims.push(Claim { key, stated, found: Some(found), verdict });
     }
 
     /// Who baked it, with what.

@@ -81,6 +81,10 @@ pub struct CubeReport {
     pub levels: Vec<LevelReport>,
     /// Mean radiance of mip 0, per channel.
     pub mean: [f64; 3],
+    /// Greatest root mean square of any mip at the texels of a bake's own check; only against the source.
+    pub certified_rms: Option<f64>,
+    /// Largest relative difference of the same.
+    pub certified_worst: Option<f64>,
     /// What must hold, and whether it does.
     pub laws: Vec<Law>,
     /// What is wrong, in sentences; empty when everything holds.
@@ -90,9 +94,13 @@ pub struct CubeReport {
 impl CubeReport {
     /// Largest relative difference of any mip; `None` where none was compared.
     pub fn worst(&self) -> Option<f64> {
-        let worse = |a: f64, b: f64| if a.total_cmp(&b).is_ge() { a } else { b };
         self.mips.iter().map(|m| m.worst).reduce(worse)
     }
+}
+
+/// The greater one; NaN is the greatest.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.total_cmp(&b).is_ge() { a } else { b }
 }
 
 /// Texel of mip 0: direction of its centre, radiance, and its place on a face.
@@ -121,6 +129,8 @@ pub fn check(
             skipped: job.filtered().map(|m| m as usize).collect(),
             levels,
             mean,
+            certified_rms: None,
+            certified_worst: None,
             laws: obeyed,
             failures,
         });
@@ -169,7 +179,8 @@ pub fn check(
         mips.push(report);
     }
     obeyed.push(Law::new("every compared mip is the convolution of mip 0, within its bound", &failures[before..]));
-    Ok(CubeReport { mips, skipped, levels, mean, laws: obeyed, failures })
+    let (certified_rms, certified_worst) = (None, None);
+    Ok(CubeReport { mips, skipped, levels, mean, certified_rms, certified_worst, laws: obeyed, failures })
 }
 
 /// What texels (face, column, row) of a filtered mip of a cube should hold, if mip 0 were the source.
@@ -193,7 +204,7 @@ pub fn check_with_source<'a>(
     on: &mut OnProgress<'_>,
 ) -> Result<CubeReport> {
     let extent = match extent {
-        Extent::Spot => environment::Extent { random: 24, bright: 8 },
+        Extent::Spot | Extent::Twin => environment::Extent { random: 24, bright: 8 },
         Extent::Full => environment::Extent::THOROUGH,
     };
     let step = encoding.half_ulp_at(1.0, 1.0);
@@ -243,7 +254,10 @@ pub fn check_with_source<'a>(
         bound: rms_bound,
     };
     let mips = found.into_iter().map(report).collect();
-    Ok(CubeReport { mips, skipped: vec![], levels, mean, laws: obeyed, failures })
+    let own = environment::check(job, &source, texture, environment::Extent::SPOT, on)?;
+    let certified_rms = own.iter().map(|e| e.rms).reduce(worse);
+    let certified_worst = own.iter().map(|e| e.max).reduce(worse);
+    Ok(CubeReport { mips, skipped: vec![], levels, mean, certified_rms, certified_worst, laws: obeyed, failures })
 }
 
 /// What every filtered environment obeys.
