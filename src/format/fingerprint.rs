@@ -1,19 +1,20 @@
 //! What a file says of its texels, so that a change to them is found and, where one texel changed, named.
 //!
 //! **What is hashed.** The texels as they are stored: level 0 first, faces in order, rows from the top, texels from the
-//! left; each texel as [`super::encode`] writes it, little endian, components beyond the channels 0 and a fourth one 1.
-//! Headers, padding and compression are left out, so that the same texels have the same hash in every container that
-//! holds their encoding.
+//! left; of each texel the components that hold channels, in the representation of the encoding, little endian (of
+//! [`Repr::Rgbe8`] all four bytes). Headers, compression and components that only fill a texel are left out, so that
+//! the same values have the same hash in every container that holds their representation.
 //!
 //! **`texels.sha256`** is the SHA-256 of these bytes, as 64 hexadecimal digits.
 //!
-//! **`texels.sums`** finds the place. With v_i the i-th texel (i from 1) as a little-endian integer and p = 2^61 − 1, it is
-//! Σ v_i mod p and Σ i v_i mod p, as 16 hexadecimal digits each. One texel that changed by d moves them by d and i d, and
-//! their quotient is i; after several changes the quotient is no index, but for a chance of one in p over the texels.
+//! **`texels.sums`** finds the place. With v_i = `mixed`(i, texel i), i from 1, and p = 2^61 − 1, it is Σ v_i mod p and
+//! Σ i v_i mod p, as 16 hexadecimal digits each. One changed texel moves its v_i by some d, so the sums move by d and i d,
+//! and their quotient is i. Several changes move them by unrelated amounts, even where equal texels changed alike, since
+//! v_i depends on i: the quotient is then an index only by a chance of (number of texels)/p.
 
 use sha2::{Digest, Sha256};
 
-use super::{Encoding, encode};
+use super::{Encoding, Repr, encode};
 use crate::error::{Error, Result};
 use crate::texture::{Meta, Texture};
 
@@ -49,15 +50,16 @@ impl Fingerprint {
     /// Of a texture as `encoding` stores it; an error where its texels do not fit into it.
     pub fn of(texture: &Texture, encoding: Encoding) -> Result<Fingerprint> {
         let channels = texture.channels.len();
+        super::encoding::fits(channels, encoding)?;
+        let components = if encoding.repr == Repr::Rgbe8 { encoding.components } else { channels };
+        let encoding = Encoding { components, ..encoding };
         let (mut hash, mut sums, mut index) = (Sha256::new(), [0; 2], 0);
         for values in texture.levels.iter().flat_map(|level| level.chunks(CHUNK * channels)) {
             let bytes = encode(values, channels, encoding)?;
             hash.update(&bytes);
             for texel in bytes.chunks_exact(encoding.texel_bytes()) {
-                let mut padded = [0; 16];
-                padded[..texel.len()].copy_from_slice(texel);
-                let value = (u128::from_le_bytes(padded) % u128::from(P)) as u64;
                 index += 1;
+                let value = mixed(index, texel);
                 sums = [(sums[0] + value) % P, (sums[1] + times(index, value)) % P];
             }
         }
@@ -98,6 +100,20 @@ impl Fingerprint {
         let index = times(moved_by_index, power(moved, P - 2));
         Some(if (1..=texels).contains(&index) { Changed::One(index - 1) } else { Changed::Several })
     }
+}
+
+/// A number below [`P`] that looks drawn at random for every index and texel (of at most 16 bytes, filled up with zeros).
+fn mixed(index: u64, texel: &[u8]) -> u64 {
+    // The finaliser of SplitMix64 (Steele et al. 2014), a bijection.
+    let mix = |z: u64| {
+        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    };
+    let mut padded = [0; 16];
+    padded[..texel.len()].copy_from_slice(texel);
+    let halves = padded.as_chunks::<8>().0;
+    halves.iter().fold(mix(index), |state, half| mix(state ^ u64::from_le_bytes(*half))) % P
 }
 
 /// a · b modulo [`P`].
@@ -141,7 +157,7 @@ mod tests {
         let found = Fingerprint::of(&one, Encoding::parse("r16f").unwrap()).unwrap();
         // `printf '\000\074' | sha256sum`
         assert_eq!(found.sha256, "505114fe537172ea35e17ca1a7516edac516a89b31f983f7c6387d5d2bb462aa");
-        assert_eq!(found.sums, [0x3c00; 2]);
+        assert_eq!(found.sums, [mixed(1, &[0x00, 0x3c]); 2]);
     }
 
     #[test]
@@ -161,6 +177,8 @@ mod tests {
             }
             let two = changed(&|level| [100, 300].iter().for_each(|i| next_up(&mut level[*i], 2)));
             assert_eq!(two, Some(Changed::Several));
+            let alike = changed(&|level| level[..400].fill(0.5));
+            assert_eq!(alike, Some(Changed::Several));
             assert_eq!(changed(&|level| level.rotate_right(2 * 300)), Some(Changed::Several), "rows shifted by one");
             assert_eq!(changed(&|level| level.swap(40, 42)), Some(Changed::Several), "sums that differ in one only");
         }

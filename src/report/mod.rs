@@ -71,7 +71,7 @@ mod tests {
         let name = "</script><b>{{style}}&.ktx2";
         let page = page(name, &json!({ "path": name }), &Value::Null);
         assert_eq!(page.matches("</script>").count(), 2, "the data and the script");
-        assert!(page.contains("&lt;/script><b>&#123;&#123;style}}&amp;.ktx2</title>"));
+        assert!(page.contains("&lt;/script>&lt;b>&#123;&#123;style}}&amp;.ktx2</title>"));
         let (_, data) = page.split_once("type=\"application/json\">").expect("the data's element");
         let (data, _) = data.split_once("</script>").expect("its end");
         let data: Value = serde_json::from_str(data).expect("JSON");
