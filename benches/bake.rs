@@ -34,6 +34,19 @@ fn main() {
         "split-sum 512, uncorrelated",
         &["bake", "split-sum", "-o", "a.ktx2", "--size", "512", "--visibility", "smith-uncorrelated"],
     );
+    for (ndf, visibility) in [
+        ("ggx", "cook-torrance"),
+        ("beckmann", "smith"),
+        ("blinn-phong", "smith-uncorrelated"),
+        ("gtr:gamma=1.5", "smith"),
+        ("charlie", "charlie"),
+        ("ggx:ratio=0.1,azimuth=80", "smith"),
+    ] {
+        let title = format!("split-sum 256, {ndf}, {visibility}");
+        add(&title, &["bake", "split-sum", "-o", "a.ktx2", "--ndf", ndf, "--visibility", visibility]);
+    }
+    add("albedo 256, copper", &["bake", "albedo", "-o", "a.ktx2", "--material", "copper"]);
+    add("albedo 256, inside glass", &["bake", "albedo", "-o", "a.ktx2", "--ior", "0.6667"]);
     add("albedo 512", &["bake", "albedo", "-o", "a.ktx2", "--size", "512"]);
     add("average-albedo 256", &["bake", "average-albedo", "-o", "a.ktx2"]);
 
@@ -44,25 +57,40 @@ fn main() {
     add("env 256, linear, from 512x256", &["env", "512.exr", "-o", "a.ktx2"]);
     add("env 256, quadratic, from 512x256", &["env", "512.exr", "-o", "a.ktx2", "--roughness-law", "quadratic"]);
     add("env 256, linear, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2"]);
+    add("env 256, draft, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--quality", "draft"]);
+    add("env 256, reference, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--quality", "reference"]);
+    add("env 256, beckmann, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--kernel", "beckmann"]);
+    add("env 256, charlie, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--kernel", "charlie"]);
+    add("irradiance 64, from 2048x1024", &["env", "2048.exr", "--irradiance", "a.ktx2"]);
+    add("harmonics, from 2048x1024", &["env", "2048.exr", "--sh", "a.json"]);
     add("env 512, linear, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--size", "512"]);
 
     if !as_json {
-        println!("{:32} {:>8} {:>8} {:>10} {:>10}  device", "bake", "CPU s", "wall s", "max error", "typical");
+        println!(
+            "{:36} {:>6} {:>6} {:>9} {:>9} {:>7} {:>7} {:>8}  device, rule",
+            "bake", "CPU s", "wall s", "max err", "typical", "ns/out", "ns/in", "dispatch"
+        );
     }
     for (title, arguments) in rows {
         let row = measure(folder.path(), &title, &arguments);
         if as_json {
             println!("{row}");
-        } else {
-            println!(
-                "{title:32} {:8.2} {:8.2} {:>10.1e} {:>10.1e}  {}",
-                row["cpu_seconds"].as_f64().unwrap_or(f64::NAN),
-                row["wall_seconds"].as_f64().unwrap_or(f64::NAN),
-                row["max_error"].as_f64().unwrap_or(f64::NAN),
-                row["median_error"].as_f64().or(row["rms_error"].as_f64()).unwrap_or(f64::NAN),
-                row["device"].as_str().unwrap_or("?")
-            );
+            continue;
         }
+        let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+        let per_texel = |texels: &str| 1e9 * number("cpu_seconds") / number(texels);
+        println!(
+            "{title:36} {:6.2} {:6.2} {:>9.1e} {:>9.1e} {:7.0} {:7.0} {:5.0} ms  {}, {}",
+            number("cpu_seconds"),
+            number("wall_seconds"),
+            number("max_error"),
+            row["median_error"].as_f64().or(row["rms_error"].as_f64()).unwrap_or(f64::NAN),
+            per_texel("output_texels"),
+            per_texel("source_texels"),
+            number("longest_dispatch_ms"),
+            row["device"].as_str().unwrap_or("-"),
+            row["rule"].as_str().unwrap_or("moment tree"),
+        );
     }
 }
 
@@ -114,6 +142,10 @@ fn measure(folder: &Path, title: &str, arguments: &[String]) -> Value {
         "wall_seconds": median(wall),
         "max_error": last["max_error"],
         "median_error": last["median_error"],
+        "output_texels": last["output_texels"],
+        "source_texels": last["source_texels"],
+        "longest_dispatch_ms": last["longest_dispatch_ms"],
+        "rule": last["rule"],
         "rms_error": last["rms_error"],
         "device": last["device"],
     })

@@ -24,6 +24,7 @@ float evaluate(float x[8]) {
     case 11u: return kinks(x[0], x[1], x[2], x[3]).x;
     case 12u: return kinks(x[0], x[1], x[2], x[3]).y;
 #endif
+    case 40u: return room(x[0], x[1], x[2], x[3]);
     // The push block as the device sees it.
     default: return float(push.function) + float(push.count) + float(push.echo);
     }

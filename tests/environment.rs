@@ -90,7 +90,8 @@ fn colours(height: u32) -> Equirect {
 fn pole_and_seam(height: u32) -> Equirect {
     let mut source = Equirect::from_fn(height, |_, _| [0.1; 3]);
     let width = source.width as usize;
-    for texel in [width / 5, 100 * width, 100 * width + width - 1] {
+    let row = height as usize * 25 / 64;
+    for texel in [width / 5, row * width, row * width + width - 1] {
         source.texels[texel] = [20_000.0, 10_000.0, 5_000.0];
     }
     source
@@ -188,16 +189,16 @@ fn mip_0_keeps_the_mean_radiance() {
     }
 }
 
-/// Prints the errors of every mip, and holds them to half of what the standard quality states: other scenes of the same
-/// kinds must fit into the rest.
-fn hold(name: &str, errors: &[MipError], job: &SpecularJob) {
+/// Prints the errors of every mip, and holds them to a share of what the standard quality states: other scenes of the
+/// same kinds must fit into the rest.
+fn hold(name: &str, errors: &[MipError], job: &SpecularJob, share: f64) {
     assert_eq!(errors.len(), job.filtered().len());
     for e in errors {
         let MipError { mip, rms, max, bias, texels } = *e;
         let line = format!("{name}: mip {mip} rms {rms:.1e}, max {max:.1e}, energy {bias:+.0e} of {texels} texels");
         println!("{line}");
-        assert!(rms <= 0.5 * job.quality.rms_bound && max <= 0.5 * job.quality.worst_bound, "{line}");
-        assert!(bias.abs() <= 3e-4, "{line}");
+        assert!(rms <= share * job.quality.rms_bound && max <= share * job.quality.worst_bound, "{line}");
+        assert!(bias.abs() <= 0.7 * job.quality.rms_bound, "{line}");
     }
 }
 
@@ -210,7 +211,7 @@ fn every_mip_agrees_with_a_brute_force_sum() {
                 let job = job(256, law);
                 let cube = baked(&job, &source, backend);
                 let errors = check(&job, &source, &cube, Extent { random: 60, bright: 12 }, &mut ignore).unwrap();
-                hold(&format!("ggx, {name}, {law}"), &errors, &job);
+                hold(&format!("ggx, {name}, {law}"), &errors, &job, 0.5);
                 assert!(
                     cube.levels.iter().flatten().all(|v| *v <= brightest),
                     "{name}, {law}: brighter than its source"
@@ -224,12 +225,14 @@ fn every_mip_agrees_with_a_brute_force_sum() {
 fn every_kernel_agrees_with_a_brute_force_sum() {
     on_gpu(|backend| {
         for kernel in ZONALS.iter().filter(|k| k.name != "ggx") {
-            for (name, source) in scenes(256) {
-                for law in ["linear", "quadratic"] {
+            for (name, source) in scenes(128) {
+                // A quadratic law starts below the least alpha of Charlie here.
+                let laws = if kernel.name == "charlie" { &["linear"][..] } else { &["linear", "quadratic"] };
+                for law in laws {
                     let job = kernel_job(kernel.name, 64, law);
                     let cube = baked(&job, &source, backend);
-                    let errors = check(&job, &source, &cube, Extent { random: 20, bright: 6 }, &mut ignore).unwrap();
-                    hold(&format!("{}, {name}, {law}", kernel.name), &errors, &job);
+                    let errors = check(&job, &source, &cube, Extent { random: 10, bright: 4 }, &mut ignore).unwrap();
+                    hold(&format!("{}, {name}, {law}", kernel.name), &errors, &job, 0.5);
                 }
             }
         }
@@ -242,10 +245,8 @@ fn charlie_is_right_at_every_alpha_that_it_accepts() {
     let source = room(128);
     let truth = Truth::new(&source);
     let mut random = Random(9);
-    for alpha in [charlie.least_alpha.unwrap(), 0.006, 0.01, 1.0 / 64.0, 0.03, 0.1, 0.3, 0.7, 1.0] {
-        // Two mips, so that the second has any width.
-        let mut job = SpecularRequest { size: Some(128), mips: Some(2), ..Default::default() }.resolve().unwrap();
-        job.kernel = charlie;
+    for alpha in [charlie.least_alpha.unwrap(), 1.0 / 64.0, 0.03, 0.1, 0.3, 0.7, 1.0] {
+        let job = kernel_job("charlie", 256, "linear");
         let lobe = brdf_baker::bake::specular::Lobe::new(charlie, alpha, job.precision);
         let prepared = job.prepare(&source, None);
         let (mut squares, mut worst) = (0.0, 0.0f64);
@@ -304,7 +305,7 @@ fn other_shapes_hold_the_same_radiance() {
                 let job = shape_job(shape, 64);
                 let map = baked(&job, &source, backend);
                 let errors = check(&job, &source, &map, Extent { random: 30, bright: 8 }, &mut ignore).unwrap();
-                hold(&format!("{shape}, {name}"), &errors, &job);
+                hold(&format!("{shape}, {name}"), &errors, &job, 0.5);
                 let report = cube::check(&job, &map, f32_encoding(), table::Extent::Spot, &mut ignore).unwrap();
                 assert!(report.failures.is_empty(), "{shape}, {name}: {:?}", report.failures);
             }
@@ -392,7 +393,7 @@ fn laws_see_each_kind_of_fault() {
     assert!(fault(&|m| m.levels[2][5] = f32::NAN).contains("mip 2 holds NaN"));
     assert!(fault(&|m| m.levels[0][5] = -1.0).contains("mip 0 holds -1"));
     assert!(fault(&|m| m.levels[1][5] = 1e6).contains("mip 1 reaches"));
-    assert!(fault(&|m| m.levels[2].iter_mut().for_each(|v| *v = *v * *v)).contains("variance"));
+    assert!(fault(&|m| m.levels[3].iter_mut().for_each(|v| *v = v.powi(4))).contains("variance"));
     let turned = fault(&|m| {
         let face = m.levels[1].len() / 6;
         m.levels[1][..face].reverse();
@@ -420,13 +421,14 @@ fn requests_that_cannot_be_right_are_refused() {
     let narrow =
         SpecularRequest { kernel: "charlie".into(), size: Some(4096), roughness_law: "quadratic".into(), ..base() };
     let error = refused(narrow);
-    assert!(error.to_string().contains("charlie is right from 0.00300 up"), "{error}");
+    assert!(error.to_string().contains("charlie is right from 0.01000 up"), "{error}");
 }
 
 #[test]
 fn gpu_agrees_with_its_twin() {
     on_gpu(|backend| {
         let source = room(128);
+        // Charlie is as steep as it may be here.
         let jobs = ZONALS.iter().map(|k| kernel_job(k.name, 32, "quadratic"));
         let shapes = ["equirect", "octahedral"].map(|shape| shape_job(shape, 16));
         for job in jobs.chain([job(64, "linear")]).chain(shapes) {

@@ -91,7 +91,14 @@ fn texture(shape: Shape, (width, height): (u32, u32), channels: usize, repr: Rep
     let mut random = Random(seed);
     let names = ["scale", "bias", "z", "w"][..channels].iter().map(|s| s.to_string()).collect();
     let mut texture = Texture { shape, width, height, channels: names, levels: vec![], meta: odd_meta() };
-    let levels = if shape == Shape::Cube { width.ilog2() as usize + 1 } else { 1 };
+    let levels = match shape {
+        Shape::Table => 1,
+        Shape::Map if repr == Repr::Rgbe8 => 1,
+        Shape::Map | Shape::Cube => width.ilog2() as usize + 1,
+    };
+    if shape == Shape::Map {
+        texture.meta.set("projection", if width == height { "octahedral" } else { "equirect" });
+    }
     for level in 0..levels {
         let len = texture.level_len(level);
         let mut values = if repr == Repr::Rgbe8 {
@@ -159,6 +166,9 @@ fn combinations() -> Vec<(&'static dyn Format, Texture, Encoding)> {
             (Shape::Table, (33, 1)),
             (Shape::Table, (1, 1)),
             (Shape::Table, (1, 6)),
+            (Shape::Map, (8, 8)),
+            (Shape::Map, (16, 8)),
+            (Shape::Map, (6, 3)),
             (Shape::Cube, (8, 8)),
             (Shape::Cube, (1, 1)),
             (Shape::Cube, (5, 5)),
@@ -177,7 +187,7 @@ fn combinations() -> Vec<(&'static dyn Format, Texture, Encoding)> {
 #[test]
 fn written_is_read_back_bit_by_bit() {
     let all = combinations();
-    assert_eq!(all.len(), 9 * 2 * 14 + 6 * (3 + 2 * (1 + 3)), "a combination is missing");
+    assert_eq!(all.len(), 12 * 2 * 14 + 9 * 3 + 6 * 2 * (1 + 3), "a combination is missing");
     for (format, written, encoding) in all {
         let what =
             format!("{} {} {:?} {} channels", format.name(), encoding.name, written.shape, written.channels.len());
@@ -283,15 +293,20 @@ fn sizes_that_do_not_match_are_refused() {
 fn small_files() -> Vec<(&'static dyn Format, Vec<u8>)> {
     let mut files = Vec::new();
     for &format in formats() {
-        for (shape, size) in [(Shape::Table, (9, 4)), (Shape::Table, (5, 3)), (Shape::Cube, (2, 2))] {
+        for (shape, size) in
+            [(Shape::Table, (9, 4)), (Shape::Table, (5, 3)), (Shape::Map, (4, 2)), (Shape::Cube, (2, 2))]
+        {
             let Ok(encoding) = choose(format, shape, 2, None) else { continue };
             let mut t = texture(shape, size, 2, encoding.repr, 7);
             t.meta = Meta::default();
             t.meta.set("table", "é split-sum");
+            if shape == Shape::Map {
+                t.meta.set("projection", "equirect");
+            }
             files.push((format, to_bytes(format, &t, encoding).unwrap()));
         }
     }
-    assert_eq!(files.len(), 2 * 3 + 2 * 2);
+    assert_eq!(files.len(), 2 * 4 + 3 + 2);
     files
 }
 
@@ -522,7 +537,7 @@ fn every_ktx2_of_the_round_trip_obeys_the_specification() {
         assert_eq!(ktx2_strict::check(&to_bytes(format, &written, encoding).unwrap()), Ok(()), "{}", encoding.name);
         count += 1;
     }
-    assert_eq!(count, 9 * 14);
+    assert_eq!(count, 12 * 14);
 }
 
 /// Key/value section as its pairs, each with length and padding.

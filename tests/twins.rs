@@ -142,7 +142,14 @@ const TERMS: &[Term] = &[
         twin: |x| zonal::ggx::over_node(x[0], 1.0 - 2.0 * x[0], x[1], x[2], x[3])[1],
         worst: 2e-6,
     },
+    Term { name: "room", function: 40, input: place, twin: |x| zonal::ggx::room(x[0], x[1], x[2], x[3]), worst: 2e-6 },
 ];
+
+/// Squared distance, reach and extent of a node, alpha.
+fn place(random: &mut Random) -> [f32; 8] {
+    let (away2, alpha) = (4.0 * unit(random), unit(random));
+    [away2, 0.1 * random.next(), 0.1 * random.next(), alpha, 0.0, 0.0, 0.0, 0.0].map(|v| v as f32)
+}
 
 /// h in [0, ½], share above the horizon, variance of h below h²/8, alpha.
 fn node(random: &mut Random) -> [f32; 8] {

@@ -1,8 +1,8 @@
 // A filtered environment: the walk of src/bake/specular.rs, which explains it. One invocation is a block of 4 x 4 texels.
 //
 // Written for the cost of software Vulkan too, where both sides of every branch are executed and only loops are left
-// early: the search for the next node is a small loop of its own. Such drivers may also stop counting after 65,535
-// iterations of all loops together, so both count against one limit.
+// early: the search for the next node is a small loop of its own. Such drivers may also stop, without a word, after
+// 65,535 iterations of all loops together, so both count against one limit.
 //
 // CUT is 1 where leaves of an equirectangular picture may have to be cut into parts of their texels, 2 where those of a
 // cube may, else 0.
@@ -28,10 +28,13 @@ layout(std430, set = 0, binding = 5) buffer Status { uint overrun; };
 layout(push_constant) uniform Job {
     uint width;         // texels along the sides of a face
     uint height;
+    uint block;         // texels along a side of a block
     uint first;         // this slice's blocks
     uint end;
     uint offset;        // of this mip in the result, in texels
-    uint node_count;
+    uint node_begin;    // this pass's nodes
+    uint node_count;    // where they end
+    uint adds;          // 1 where an earlier pass has left its sums
     uint limit;         // iterations
     uint rows;          // of the source, or of one of its faces
     float d_theta;      // sides of a source texel
@@ -41,6 +44,9 @@ layout(push_constant) uniform Job {
     float inverse_norm;
     float blue_red;     // D of blue is blue_red * D of red + blue_green * D of green
     float blue_green;
+    float base_red;
+    float base_green;
+    float base_blue;
 } job;
 
 const uint TEXELS = 16u;
@@ -54,7 +60,7 @@ const uint FINE = 4u;
 // Column and row of a block, and its face. Blocks are taken in groups of 4 x 2, so that neighbouring invocations walk the
 // same nodes.
 uvec3 place(uint block) {
-    uvec2 sides = (uvec2(job.width, job.height) + 3u) / 4u;
+    uvec2 sides = (uvec2(job.width, job.height) + job.block - 1u) / job.block;
     uint face = block / (sides.x * sides.y);
     uint at = block - face * sides.x * sides.y;
     if (sides.x % 4u != 0u || sides.y % 2u != 0u) return uvec3(at % sides.x, at / sides.x, face);
@@ -64,9 +70,10 @@ uvec3 place(uint block) {
     return uvec3((group % across) * 4u + within % 4u, (group / across) * 2u + within / 4u, face);
 }
 
-// Where texel i of a block is among all; beyond the face's end its last texels stand in.
+// Where texel i of a block is among all; beyond the end of a face or of a smaller block the last texels stand in.
 uint index_of(uvec3 block, uint i) {
-    uvec2 texel = min(block.xy * 4u + uvec2(i % 4u, i / 4u), uvec2(job.width, job.height) - 1u);
+    uvec2 inside = min(uvec2(i % 4u, i / 4u), uvec2(job.block - 1u));
+    uvec2 texel = min(block.xy * job.block + inside, uvec2(job.width, job.height) - 1u);
     return 3u * (job.offset + (block.z * job.height + texel.y) * job.width + texel.x);
 }
 
@@ -115,9 +122,13 @@ void main() {
     bool cutting = false;
     uvec2 corner = uvec2(0u), unit = uvec2(1u), parts = uvec2(1u), count = uvec2(0u), part = uvec2(0u);
 #endif
-    uint i = 0u;
+    uint i = job.node_begin;
     uint step = 0u;
+#if CUT
+    while ((i < node_count || cutting) && step < limit) {
+#else
     while (i < node_count && step < limit) {
+#endif
         // Find the next node to add.
         uint at = node_count;
         vec3 c = vec3(0.0);
@@ -161,7 +172,15 @@ void main() {
             // Is it a leaf that is too large?
             uvec2 units = uvec2(w3.w >> 16, w2.w >> 16);
             uint whole = units.x * units.y;
-            if (key > threshold && (extent > threshold || (whole > FINE * FINE && whole <= MAX_CUT * FINE * FINE))) {
+#if SHARP_HORIZON
+            const uint least = 1u;
+            // The parts of a bright texel are small for their brightness too.
+            float side = sqrt(2.0) * threshold / (whole <= FINE * FINE ? max(key / extent, 1.0) : 1.0);
+#else
+            const uint least = FINE * FINE + 1u;
+            float side = sqrt(2.0) * threshold;
+#endif
+            if (key > threshold && (extent > threshold || (whole >= least && whole <= MAX_CUT * FINE * FINE))) {
                 cutting = true;
                 // A texel of the leaf, or the leaf where it is a part of one, and how it is cut.
                 unit = min(units, uvec2(FINE));
@@ -177,7 +196,7 @@ void main() {
                 float sin_theta = lines[corner.y / FINE + units.y / FINE / 2u].y;
                 vec2 sides = vec2(unit) * vec2(d_phi * sin_theta, d_theta) / float(FINE);
 #endif
-                parts = uvec2(max(ceil(sides / (sqrt(2.0) * threshold)), 1.0));
+                parts = uvec2(max(ceil(sides / side), 1.0));
                 count = units / unit * parts;
                 part = uvec2(0u);
             }
@@ -232,9 +251,10 @@ void main() {
             bool last = part.x + 1u == count.x;
             part = last ? uvec2(0u, part.y + 1u) : uvec2(part.x + 1u, part.y);
             cutting = part.y < count.y;
-            step++;
         }
 #endif
+        // One for this loop, one for the test that ended the search.
+        step += 2u;
 
         // Add it to every texel; a lane that found none adds nothing, as its e and d are 0.
         float spread = q_same.x + q_same.y + q_same.z;
@@ -270,15 +290,24 @@ void main() {
         sum[I].z = fma(k.x, e.z, fma(k.y, blue, sum[I].z)); }
         EACH_TEXEL(ADD)
     }
-    if (step >= limit) atomicMax(overrun, 1u);
+    // Not at the end: by our limit, or because the driver stopped the loops. It counts those of all lanes that it runs side
+    // by side, so that it may stop long before one of them has counted this far.
+#if CUT
+    if (i < node_count || cutting) atomicMax(overrun, 1u);
+#else
+    if (i < node_count) atomicMax(overrun, 1u);
+#endif
 
-    // Added to what other pieces of the tree gave, and to the source's base. All are read before any is written: a texel
-    // that stands in for others is written several times.
+    // Texels that stand in for others hold the same sums, so what they read must not be what they wrote.
+    vec3 before[TEXELS];
     uint at;
-#define GATHER(I) at = index_of(block, I); \
-    sum[I] = job.inverse_norm * sum[I] + vec3(result[at], result[at + 1u], result[at + 2u]);
-    EACH_TEXEL(GATHER)
+#define BEFORE(I) at = index_of(block, I); \
+    before[I] = job.adds == 0u ? vec3(job.base_red, job.base_green, job.base_blue) \
+                           : vec3(result[at], result[at + 1u], result[at + 2u]);
+    EACH_TEXEL(BEFORE)
 #define STORE(I) at = index_of(block, I); \
-    result[at] = sum[I].x; result[at + 1u] = sum[I].y; result[at + 2u] = sum[I].z;
+    result[at] = fma(sum[I].x, job.inverse_norm, before[I].x); \
+    result[at + 1u] = fma(sum[I].y, job.inverse_norm, before[I].y); \
+    result[at + 2u] = fma(sum[I].z, job.inverse_norm, before[I].z);
     EACH_TEXEL(STORE)
 }

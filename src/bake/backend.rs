@@ -34,6 +34,14 @@ impl Backend {
         }
     }
 
+    /// The longest dispatch in milliseconds, compilation left out; `None` on the processor.
+    pub fn longest_dispatch_ms(&self) -> Option<f64> {
+        match self {
+            Backend::Cpu => None,
+            Backend::Gpu(gpu) => Some(1e3 * gpu.longest_dispatch().as_secs_f64()),
+        }
+    }
+
     /// The driver's name and version.
     pub fn driver(&self) -> &str {
         match self {

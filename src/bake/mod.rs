@@ -273,6 +273,11 @@ impl TableJob {
         self.channels.iter().map(|c| all[*c]).collect()
     }
 
+    /// The rule and its nodes, in words.
+    pub fn rule_name(&self) -> String {
+        (self.table.facts().rule)(&self.model)
+    }
+
     /// Bakes the table; its meta says everything but the measured error.
     pub fn run(&self, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
         let of = |wanted| {
@@ -350,7 +355,7 @@ impl TableJob {
         let exact = "share of white light that the material reflects by single scattering";
         meta.set("usage", if self.model.fresnel.is_exact() { exact } else { facts.usage });
         meta.set("source", facts.source);
-        meta.set("rule", (facts.rule)(&self.model));
+        meta.set("rule", self.rule_name());
         if let Some(note) = self.model.note() {
             meta.set("note", note);
         }

@@ -31,7 +31,7 @@ pub static QUALITIES: [Quality; 3] = [
     Quality {
         name: "standard",
         about: "below the rounding of half floats",
-        precision: Precision { eps: 0.45, brightness_limit: 4.0, limit: 60_000 },
+        precision: Precision { eps: 0.42, brightness_limit: 4.0, limit: 60_000 },
         rms_bound: 1e-3,
         worst_bound: 1e-2,
     },

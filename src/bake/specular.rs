@@ -56,19 +56,22 @@ use crate::ndf::alpha_of;
 use crate::progress::{OnProgress, tick};
 use crate::shaders;
 use crate::term::cube::direction;
-use crate::term::zonal::{self, Zonal};
+use crate::term::zonal::{self, Peak, Zonal};
 use crate::texture::{Meta, Shape, Texture};
 
 /// Largest side of a face in texels.
 pub const MAX_SIZE: u32 = 4096;
-/// Texels along a side of a block: what one invocation computes.
+/// Texels along a side of a block: what one invocation computes. Kernels with a ring at the horizon take smaller blocks
+/// where the texels of one would look along too many rings.
 const BLOCK: u32 = 4;
+/// More parts than these a tree is not walked in.
+const MOST_PARTS: usize = 64;
 /// Invocations a workgroup, as in the shader.
 const WORKGROUP: u32 = 32;
 /// Sources with fewer columns are repeated texel by texel: a leaf must not be cut into too many parts.
 const LEAST_WIDTH: u32 = 512;
 /// The same for the faces of a cube.
-const LEAST_FACE: u32 = 128;
+const LEAST_FACE: u32 = 192;
 /// Leaves are this part of the least extent that the narrowest lobe asks for.
 const LEAF: f64 = 0.8;
 /// Leaves are not smaller than this, so that the tree of a large source stays within some ten megabytes.
@@ -124,7 +127,8 @@ pub struct Precision {
     pub eps: f64,
     /// Nodes brighter than the mean are cut finer by the root of the ratio, up to this factor.
     pub brightness_limit: f64,
-    /// Iterations after which an invocation gives up with an error. Software Vulkan counts to 65,535.
+    /// Iterations of all loops together after which an invocation gives up with an error: one a node that is looked at, two
+    /// a node that is added. Software Vulkan counts to 65,535.
     pub limit: u32,
 }
 
@@ -173,7 +177,7 @@ impl SpecularRequest {
         let quality = quality::parse(&self.quality)?;
         let size = self.size.unwrap_or(if kernel.least_alpha.is_some() { 256 } else { 64 });
         if !(1..=MAX_SIZE).contains(&size) {
-            let what = format!("a {} of size {size} cannot be baked", projection.name());
+            let what = format!("a {} whose side has {size} texels cannot be baked", projection.name());
             return Err(Error::usage(what, format!("use --size from 1 to {MAX_SIZE}")));
         }
         if projection == Projection::Octahedral && !size.is_power_of_two() {
@@ -225,6 +229,8 @@ pub struct Prepared<'a> {
     pub picture: Picture<'a>,
     /// From directions of the output to the picture's.
     pub frame: Frame,
+    /// May leaves be cut into parts of their texels? Not where the texels exceed a buffer.
+    pub cuts: bool,
     /// Its tree.
     pub tree: Tree,
 }
@@ -346,10 +352,10 @@ impl SpecularJob {
         let params = Params {
             leaf_extent_rad: (LEAF * least).max(if fits { LEAST_LEAF_RAD } else { 0.0 }),
             least_extent_rad: LEAF * least,
-            brightness_limit: p.brightness_limit,
+            brightness_limit: p.brightness_limit * self.kernel.brightness,
         };
         let tree = Tree::new(&picture, &params, base);
-        Prepared { picture, frame, tree }
+        Prepared { picture, frame, cuts: fits, tree }
     }
 
     /// Bakes the environment; its meta says everything but the measured error.
@@ -400,10 +406,21 @@ impl SpecularJob {
         Ok(levels)
     }
 
+    /// Texels along a side of a block at mip `m`: as many as keep its reach within twice the least room.
+    fn block_size(&self, m: u32) -> u32 {
+        let texel_rad = self.projection.texel_rad(self.level_size(m).1);
+        let most = 2.0 * (self.kernel.least_room)(self.alpha(m));
+        let fits = |size: &u32| f64::from(size - 1) * texel_rad * 0.5f64.sqrt() <= most;
+        match self.kernel.peak {
+            Peak::Axis => BLOCK,
+            Peak::Horizon => [BLOCK, BLOCK / 2].into_iter().find(fits).unwrap_or(1),
+        }
+    }
+
     /// Blocks along the sides of a face at mip `m`.
     fn sides(&self, m: u32) -> (u32, u32) {
-        let (width, height) = self.level_size(m);
-        (width.div_ceil(BLOCK), height.div_ceil(BLOCK))
+        let ((width, height), block) = (self.level_size(m), self.block_size(m));
+        (width.div_ceil(block), height.div_ceil(block))
     }
 
     fn blocks(&self, m: u32) -> u32 {
@@ -417,7 +434,7 @@ impl SpecularJob {
 
     fn overrun(&self, m: u32) -> Error {
         let detail = format!(
-            "mip {m} (alpha {:.5}) needs more than {} steps a block; use fewer mips or a larger --size",
+            "mip {m} (alpha {:.5}) needs more than {} steps a block and part of the tree; use fewer mips or a larger --size",
             self.alpha(m),
             self.precision.limit
         );
@@ -460,8 +477,8 @@ impl SpecularJob {
         Ok(levels)
     }
 
-    /// Face, column and row of a block's 16 texels; beyond the face's end its last texels stand in. The order of the
-    /// blocks is the shader's.
+    /// Face, column and row of a block's 16 texels; beyond the end of the face or of a smaller block the last texels stand
+    /// in. The order of the blocks is the shader's.
     pub fn block(&self, m: u32, index: u32) -> Vec<[u32; 3]> {
         let ((across, down), (width, height)) = (self.sides(m), self.level_size(m));
         let (face, at) = (index / (across * down), index % (across * down));
@@ -471,9 +488,9 @@ impl SpecularJob {
         } else {
             (at % across, at / across)
         };
-        (0..BLOCK * BLOCK)
-            .map(|i| [face, (x * BLOCK + i % BLOCK).min(width - 1), (y * BLOCK + i / BLOCK).min(height - 1)])
-            .collect()
+        let size = self.block_size(m);
+        let at = |block: u32, i: u32, end: u32| (block * size + i.min(size - 1)).min(end - 1);
+        (0..BLOCK * BLOCK).map(|i| [face, at(x, i % BLOCK, width), at(y, i / BLOCK, height)]).collect()
     }
 
     /// The axes of all texels of the filtered mips in the picture, in the order of the result.
@@ -499,7 +516,8 @@ impl SpecularJob {
     ) -> Result<Vec<Vec<f32>>> {
         let Prepared { picture, tree, .. } = prepared;
         // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all.
-        let cuts = tree.needs_texels(self.lobe(self.filtered().start).least_threshold());
+        let least = self.lobe(self.filtered().start).least_threshold();
+        let cuts = prepared.cuts && tree.needs_texels(least, self.kernel.sharp_horizon);
         let variant = match picture {
             _ if !cuts => "",
             Picture::Equirect(_) => "_cut",
@@ -513,36 +531,57 @@ impl SpecularJob {
         let mut status = gpu.upload("status", &[0u32])?;
         let axes = gpu.upload("axes", &self.axes(&prepared.frame))?;
         let count: u32 = self.filtered().map(|m| self.texels(m)).sum();
-        // Walks add to what is there.
-        let result = gpu.upload("result", &vec![tree.base; count as usize])?;
+        let result = gpu.buffer("result", u64::from(count) * 12)?;
+        let buffer_nodes = BUFFER_BYTES / size_of::<Node>();
+        let mut buffers = vec![];
+        for range in tree.pieces(0..tree.nodes.len(), buffer_nodes) {
+            let nodes = gpu.upload("nodes", &tree.nodes[range.clone()])?;
+            buffers.push((range, nodes));
+        }
 
-        let pieces = tree.pieces(BUFFER_BYTES / size_of::<Node>());
-        let total = pieces.len() as u32 * self.filtered().map(|m| self.blocks(m)).sum::<u32>();
-        let mut done = 0;
+        let total: u32 = self.filtered().map(|m| self.blocks(m)).sum();
+        let (mut done, mut offset) = (0, 0);
         let mut next = slice.unwrap_or(1);
-        for piece in pieces {
-            let nodes = gpu.upload("nodes", &tree.nodes[piece.clone()])?;
-            let mut offset = 0;
-            for m in self.filtered() {
-                let push = Push { node_count: piece.len() as u32, ..self.push(m, offset, prepared) };
-                let mut first = 0;
-                while first < self.blocks(m) {
-                    tick(on, &self.stage(m), f64::from(done) / f64::from(total))?;
-                    let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
-                    let start = Instant::now();
-                    let slice_push = Push { first, end: first + count, ..push };
-                    let buffers = [&nodes, &texels, &lines, &axes, &result, &status];
-                    gpu.dispatch(&kernel, &buffers, &slice_push, [count.div_ceil(WORKGROUP), 1, 1])?;
-                    next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
-                    first += count;
-                    done += count;
+        for m in self.filtered() {
+            let push = self.push(m, offset, prepared);
+            // Parts of the tree, walked one after the other: as many as it takes that none needs too many steps.
+            let mut most = tree.nodes.len().min(buffer_nodes);
+            'again: loop {
+                let parts: Vec<_> = buffers
+                    .iter()
+                    .flat_map(|(range, nodes)| {
+                        tree.pieces(range.clone(), most).into_iter().map(move |p| (range, nodes, p))
+                    })
+                    .collect();
+                for (part, (range, nodes, piece)) in parts.iter().enumerate() {
+                    let (node_begin, node_count) =
+                        ((piece.start - range.start) as u32, (piece.end - range.start) as u32);
+                    let mut first = 0;
+                    while first < self.blocks(m) {
+                        tick(on, &self.stage(m), f64::from(done + first) / f64::from(total))?;
+                        let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
+                        let start = Instant::now();
+                        let end = first + count;
+                        let push = Push { first, end, node_begin, node_count, adds: u32::from(part > 0), ..push };
+                        let bound = [nodes, &texels, &lines, &axes, &result, &status];
+                        gpu.dispatch(&kernel, &bound, &push, [count.div_ceil(WORKGROUP), 1, 1])?;
+                        next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
+                        let last = end == self.blocks(m);
+                        if (first == 0 || last) && gpu.read::<u32>(&status)?[0] != 0 {
+                            gpu.write(&mut status, &[0u32])?;
+                            if parts.len() >= MOST_PARTS || most < 8 {
+                                return Err(self.overrun(m));
+                            }
+                            most /= 8;
+                            continue 'again;
+                        }
+                        first = end;
+                    }
                 }
-                if gpu.read::<u32>(&status)?[0] != 0 {
-                    gpu.write(&mut status, &[0u32])?;
-                    return Err(self.overrun(m));
-                }
-                offset += self.texels(m);
+                break;
             }
+            done += self.blocks(m);
+            offset += self.texels(m);
         }
         tick(on, "filtered", 1.0)?;
         let all = gpu.read::<f32>(&result)?;
@@ -567,10 +606,13 @@ impl SpecularJob {
         Push {
             width,
             height,
+            block: self.block_size(m),
             first: 0,
             end: 0,
             offset,
+            node_begin: 0,
             node_count: tree.nodes.len() as u32,
+            adds: 0,
             limit: self.precision.limit,
             rows,
             d_theta: (std::f64::consts::PI / f64::from(rows)) as f32,
@@ -580,6 +622,7 @@ impl SpecularJob {
             inverse_norm: lobe.inverse_norm as f32,
             blue_red: blue_red as f32,
             blue_green: blue_green as f32,
+            base: tree.base,
         }
     }
 
@@ -630,10 +673,13 @@ fn lines(picture: &Picture<'_>) -> Vec<[f32; 2]> {
 struct Push {
     width: u32,
     height: u32,
+    block: u32,
     first: u32,
     end: u32,
     offset: u32,
+    node_begin: u32,
     node_count: u32,
+    adds: u32,
     limit: u32,
     rows: u32,
     d_theta: f32,
@@ -643,6 +689,7 @@ struct Push {
     inverse_norm: f32,
     blue_red: f32,
     blue_green: f32,
+    base: [f32; 3],
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -651,6 +698,11 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Area of a leaf in units of a texel / [`FINE`].
+fn units(node: &Node) -> u32 {
+    u32::from(node.rows[1]) * u32::from(node.columns[1])
 }
 
 /// dᵀ Q d.
@@ -680,11 +732,12 @@ impl Lobe {
         let middle = axes.iter().fold([0.0; 3], |a, n| [a[0] + n[0], a[1] + n[1], a[2] + n[2]]);
         let middle = normalized(middle);
         let reach = axes.iter().map(|n| dot(minus(*n, middle), minus(*n, middle))).fold(0.0, f64::max).sqrt();
+        let most_steps = p.limit * MOST_PARTS as u32;
         let mut walked = Walked { values: vec![[0.0; 3]; axes.len()], steps: 0, added: 0 };
         let mut i = 0;
         while i < tree.nodes.len() {
             walked.steps += 1;
-            if walked.steps > p.limit {
+            if walked.steps > most_steps {
                 return None;
             }
             let node = &tree.nodes[i];
@@ -703,32 +756,35 @@ impl Lobe {
                 i += 1;
                 continue;
             }
-            if node.is_cut(threshold) {
+            if prepared.cuts && node.is_cut(threshold, self.kernel.sharp_horizon) {
+                // At a sharp horizon the parts of a bright texel are small for their brightness too.
+                let brightness = node.key().map_or(1.0, |key| f64::from(key / node.extent));
+                let finer = self.kernel.sharp_horizon && units(node) <= FINE * FINE;
+                let side = 2f64.sqrt() * threshold / if finer { brightness.max(1.0) } else { 1.0 };
                 match picture {
-                    Picture::Equirect(p) => self.cut(p, tree, i, threshold, axes, &mut walked),
-                    Picture::Cube(p) => self.cut_faces(p, tree, node, threshold, axes, &mut walked),
+                    Picture::Equirect(p) => self.cut(p, tree, node, side, axes, &mut walked),
+                    Picture::Cube(p) => self.cut_faces(p, tree, node, side, axes, &mut walked),
                 }
             } else {
                 self.add(&tree.moments(i), axes, &mut walked);
+                walked.steps += 2;
             }
             i += node.skip() as usize;
         }
         for value in &mut walked.values {
             (0..3).for_each(|k| value[k] = value[k] * self.inverse_norm + f64::from(tree.base[k]));
         }
-        (walked.steps <= p.limit).then_some(walked)
+        (walked.steps <= most_steps).then_some(walked)
     }
 
-    /// Adds a leaf part by part: rectangles in (θ, φ), each with its texel's radiance.
-    fn cut(&self, source: &Equirect, tree: &Tree, leaf: usize, threshold: f64, axes: &[[f64; 3]], walked: &mut Walked) {
-        let node = &tree.nodes[leaf];
+    /// Adds a leaf by parts of at most `side`: rectangles in (θ, φ), each with its texel's radiance.
+    fn cut(&self, source: &Equirect, tree: &Tree, node: &Node, side: f64, axes: &[[f64; 3]], walked: &mut Walked) {
         let unit_theta = std::f64::consts::PI / f64::from(FINE * source.height);
         let unit_phi = std::f64::consts::TAU / f64::from(FINE * source.width);
         let [r0, rows] = node.rows.map(u32::from);
         let [c0, columns] = node.columns.map(u32::from);
         // A texel of the leaf, or the leaf where it is a part of one, and how it is cut.
         let (high, wide) = (rows.min(FINE), columns.min(FINE));
-        let side = 2f64.sqrt() * threshold;
         let middle = (f64::from(r0 / FINE + rows / FINE / 2) + 0.5) * f64::from(FINE) * unit_theta;
         let parts = |length: f64| (length / side).ceil().max(1.0) as u32;
         let down = parts(f64::from(high) * unit_theta);
@@ -753,23 +809,13 @@ impl Lobe {
                 let solid_angle = 4.0 * a.sin() * b * sin_theta;
                 let e = std::array::from_fn(|k| solid_angle * f64::from(texel[k] - tree.base[k]));
                 self.add(&Moments { c, e, d: [[0.0; 3]; 3], q }, axes, walked);
-                walked.steps += 1;
+                walked.steps += 2;
             }
         }
-        // The shader adds the first part in the step that finds the leaf.
-        walked.steps -= 1;
     }
 
     /// The same on a cube: rectangles in (s, t), whose moments are taken to the second order of their sides.
-    fn cut_faces(
-        &self,
-        source: &CubeMap,
-        tree: &Tree,
-        node: &Node,
-        threshold: f64,
-        axes: &[[f64; 3]],
-        walked: &mut Walked,
-    ) {
+    fn cut_faces(&self, source: &CubeMap, tree: &Tree, node: &Node, side: f64, axes: &[[f64; 3]], walked: &mut Walked) {
         let unit = 2.0 / f64::from(FINE * source.size);
         let (face, [c0, r0]) = face_and_corner(node);
         let (rows, columns) = (u32::from(node.rows[1]), u32::from(node.columns[1]));
@@ -782,7 +828,7 @@ impl Lobe {
         let (s2, t2) = (middle(c0, columns).powi(2), middle(r0, rows).powi(2));
         let parts = |units: u32, across2: f64| {
             let length_rad = f64::from(units) * unit * (1.0 + across2).sqrt() / (1.0 + s2 + t2);
-            (length_rad / (2f64.sqrt() * threshold)).ceil().max(1.0) as u32
+            (length_rad / side).ceil().max(1.0) as u32
         };
         let (down, across) = (parts(high, s2), parts(wide, t2));
         let a = 0.5 * f64::from(high) * unit / f64::from(down);
@@ -809,10 +855,9 @@ impl Lobe {
                     .map(|(i, j)| 2.0 * (sixth_b * u[i] * u[j] + sixth_a * v[i] * v[j]));
                 let e = [0, 1, 2].map(|k| solid_angle * f64::from(texel[k] - tree.base[k]));
                 self.add(&Moments { c, e, d: [[0.0; 3]; 3], q }, axes, walked);
-                walked.steps += 1;
+                walked.steps += 2;
             }
         }
-        walked.steps -= 1;
     }
 
     fn add(&self, node: &Moments, axes: &[[f64; 3]], walked: &mut Walked) {
@@ -864,13 +909,14 @@ mod tests {
         };
         let expected = walk(&whole);
         for most in [100, 5000, 1 << 21] {
-            let pieces = whole.tree.pieces(most);
+            let pieces = whole.tree.pieces(0..whole.tree.nodes.len(), most);
             assert_eq!(pieces.len() == 1, most > whole.tree.nodes.len());
             assert!(pieces.iter().all(|p| p.len() <= most));
             let mut sum = [0.0; 3];
             for piece in pieces {
                 let tree = Tree { nodes: whole.tree.nodes[piece].to_vec(), ..whole.tree.clone() };
-                let part = walk(&Prepared { picture: whole.picture.borrowed(), frame: whole.frame, tree });
+                let part =
+                    walk(&Prepared { picture: whole.picture.borrowed(), frame: whole.frame, cuts: whole.cuts, tree });
                 (0..3).for_each(|k| sum[k] += part[k]);
             }
             // Parents that were left out are looked at through their children, which is finer.

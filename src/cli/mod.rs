@@ -57,7 +57,7 @@ enum Command {
     #[command(after_help = "Examples:
   brdf-baker bake split-sum -o dfg.ktx2
   brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45")]
-    Bake(bake::BakeArgs),
+    Bake(Box<bake::BakeArgs>),
     /// Prefilter an environment: specular mips, irradiance, spherical harmonics
     #[command(
         after_help = "INPUT is a file (.hdr .exr .png .jpg: equirectangular, strip or cross; .ktx2 .dds: a cube) \
@@ -71,7 +71,7 @@ Examples:
   brdf-baker env sky.hdr -o sheen.ktx2 --kernel charlie --shape octahedral
   brdf-baker env sky.hdr -o diffuse.hdr --kernel lambert --shape equirect"
     )]
-    Env(env::EnvArgs),
+    Env(Box<env::EnvArgs>),
     /// Check a baked file against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2

@@ -75,6 +75,16 @@ impl Projection {
         if self == Projection::Equirect { (2 * size, size) } else { (size, size) }
     }
 
+    /// The widest side of a texel, in radians, of a face whose shorter side has `size` texels; about.
+    pub fn texel_rad(self, size: u32) -> f64 {
+        let whole_rad = match self {
+            Projection::Cube => 2.0,
+            Projection::Equirect => PI,
+            Projection::Octahedral => 4.0,
+        };
+        whole_rad / f64::from(size)
+    }
+
     /// The unit vector at a point of a face.
     pub fn direction(self, face: u32, s: f64, t: f64) -> [f64; 3] {
         match self {

@@ -320,7 +320,7 @@ mod tests {
 
     /// The mean over a texel by a fine grid of points, weighted by how far apart they are.
     fn sampled(source: &Equirect, projection: Projection, size: u32, x: u32, y: u32) -> [f64; 3] {
-        const POINTS: u32 = 48;
+        const POINTS: u32 = 96;
         let (width, height) = projection.level_size(size);
         let (mut sum, mut weights) = ([0.0; 3], 0.0);
         for j in 0..POINTS {

@@ -1,6 +1,7 @@
 //! Instance, devices, the one queue, and what the validation layer says.
 
 use std::ffi::{CStr, c_char, c_void};
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 
 use ash::{Entry, ext, vk};
@@ -278,6 +279,8 @@ pub(super) struct Device {
     pub(super) instance: Arc<Instance>,
     names: Option<ext::debug_utils::Device>,
     queue: Mutex<Queue>,
+    /// Of a kernel that had run before.
+    pub(super) longest_dispatch_ns: AtomicU64,
 }
 
 struct Queue {
@@ -308,7 +311,8 @@ impl Device {
                 return Err(gpu_error("create queue", e));
             }
         };
-        Ok(Device { raw, info: info.clone(), memory, instance, names, queue })
+        let longest_dispatch_ns = AtomicU64::new(0);
+        Ok(Device { raw, info: info.clone(), memory, instance, names, queue, longest_dispatch_ns })
     }
 
     /// Gives an object a name that validation messages show.

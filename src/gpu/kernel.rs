@@ -1,6 +1,8 @@
 //! A compute pipeline with its descriptor set.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use ash::vk;
 
@@ -25,6 +27,8 @@ pub struct Kernel {
     pipeline: vk::Pipeline,
     pool: vk::DescriptorPool,
     set: vk::DescriptorSet,
+    /// It ran before: a driver may compile a kernel as late as that.
+    compiled: AtomicBool,
     device: Arc<Device>,
 }
 
@@ -49,6 +53,7 @@ impl Kernel {
             pipeline: vk::Pipeline::null(),
             pool: vk::DescriptorPool::null(),
             set: vk::DescriptorSet::null(),
+            compiled: AtomicBool::new(false),
             device: device.clone(),
         };
         kernel.build(spirv).map_err(|e| gpu_error(&format!("compile '{name}'"), e))?;
@@ -117,7 +122,8 @@ impl Kernel {
                     .buffer_info(range)
             })
             .collect();
-        device.submit(&format!("dispatch '{}'", self.name), |d, commands| {
+        let start = Instant::now();
+        let done = device.submit(&format!("dispatch '{}'", self.name), |d, commands| {
             let bind = vk::PipelineBindPoint::COMPUTE;
             // SAFETY: submit() holds the queue's lock and waits for every submission, so the set is in none and no
             // other thread updates it; pipeline, layout and set belong together; the push range is the layout's.
@@ -128,7 +134,11 @@ impl Kernel {
                 d.cmd_push_constants(commands, self.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
                 d.cmd_dispatch(commands, groups[0], groups[1], groups[2]);
             }
-        })
+        });
+        if self.compiled.swap(true, Ordering::Relaxed) {
+            device.longest_dispatch_ns.fetch_max(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        }
+        done
     }
 }
 

@@ -12,6 +12,8 @@ mod kernel;
 mod memory;
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use bytemuck::Pod;
 
@@ -41,6 +43,11 @@ impl Gpu {
     /// What the device is.
     pub fn info(&self) -> &DeviceInfo {
         &self.0.info
+    }
+
+    /// The longest that one dispatch took, each kernel's first one left out, which may compile it: what a watchdog sees.
+    pub fn longest_dispatch(&self) -> Duration {
+        Duration::from_nanos(self.0.longest_dispatch_ns.load(Ordering::Relaxed))
     }
 
     /// What the validation layer has said so far; empty without `validate`.

@@ -1,6 +1,7 @@
 //! Terms that bakes share: visibility, Fresnel, cube faces. The GLSL twin of `term/x.rs` is `shaders/term/x.glsl`.
 
 pub mod cube;
+pub mod fainter;
 pub mod fresnel;
 pub mod trig;
 pub mod visibility;

@@ -289,7 +289,7 @@ fn laws(
             }
         })
         .collect();
-    let texel_rad = 2.0 / f64::from(texture.height);
+    let texel_rad = job.projection.texel_rad(texture.height);
     let (mut brighter, mut livelier, mut ringing) = (vec![], vec![], vec![]);
     for pair in levels.windows(2) {
         let [above, level] = pair else { continue };
@@ -298,11 +298,12 @@ fn laws(
         if level.peak > levels[0].peak * (1.0 + blur + 1e-3) {
             brighter.push(format!("mip {} reaches {}, more than mip 0's {}", level.mip, level.peak, levels[0].peak));
         }
-        // Lobes with a peak at their axis blur more as they get wider. A few texels make a poor mean of squares.
+        // Lobes with a peak at their axis blur more as they get wider. A few texels make a poor mean of squares, and fewer
+        // than 4 x 4 none.
         let size = job.level_size(level.mip as u32).1;
         let tolerance = if size >= 16 { 0.03 } else { 0.5 } + blur.min(1.0);
         let before = if job.kernel.peak == Peak::Axis { above.variance } else { levels[0].variance };
-        if level.variance > before * (1.0 + tolerance) + 1e-5 {
+        if size >= 4 && level.variance > before * (1.0 + tolerance) + 1e-5 {
             let name = if job.kernel.peak == Peak::Axis { above.mip } else { 0 };
             let (after, mip) = (level.variance, level.mip);
             livelier.push(format!("mip {mip} has more variance than mip {name}: {after:.3e} after {before:.3e}"));

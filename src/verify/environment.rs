@@ -318,7 +318,10 @@ impl<'a> Truth<'a> {
             Peak::Horizon => ((distance - side) / NEAR).max(0.01 * side).min(0.25 * scale.width_rad),
         };
         let theta = (f64::from(y) + 0.5) * self.d_theta;
-        let parts = |side: f64| ((side / size).ceil() as usize).clamp(4, 256);
+        // A kernel that rises steeply from the horizon shows where it cuts a bright texel.
+        let is_cut = (1.0 - 0.5 * distance * distance).abs() < 1.1 * side;
+        let least = if is_cut && scale.peak == Peak::Horizon { 24 } else { 4 };
+        let parts = |side: f64| ((side / size).ceil() as usize).clamp(least, 256);
         let (rows, columns) = (parts(self.d_theta), parts(self.d_phi * (theta.sin() + 0.5 * self.d_theta).min(1.0)));
         let offset = |i: usize, parts: usize| {
             ((i / 2) as f64 + 0.5 + if i.is_multiple_of(2) { -GAUSS } else { GAUSS }) / parts as f64

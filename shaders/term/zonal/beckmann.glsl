@@ -1,5 +1,6 @@
 // Beckmann lobe (Walter et al. 2007, Eq. 25) with the weight n.w. Rust twin: src/term/zonal/beckmann.rs.
 #define SHARP_HORIZON 0
+#include "term/fainter.glsl"
 
 // Mean over a node and slope: (x, y).
 // Domain: h in [0, 3/4], mu >= 0, f in [0, 1], v >= 0, alpha in (0, 1].
@@ -11,11 +12,6 @@ vec2 over_node(float h, float mu, float f, float v, float alpha) {
     float first = i * (2.0 - steep);
     float second = fma(first, first, 2.0 * i * i * (1.0 - steep));
     return g * vec2(fma(v, fma(second, mu, -4.0 * first * f), mu), fma(-0.5 * first, mu, f));
-}
-
-// How much more room there is where K is exp(-fall) of its peak.
-float fainter(float fall) {
-    return exp(fma(0.1, clamp(fall, 0.0, 200.0), clamp(fall - 9.21, 0.0, 60.0) / 3.0));
 }
 
 // The room of a node: 1.5 alpha at the axis, 2.4 over the relative slope beside it; more where the lobe is faint.

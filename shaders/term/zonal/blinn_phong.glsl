@@ -1,5 +1,6 @@
 // Blinn-Phong lobe (Walter et al. 2007, Eq. 30) with the weight n.w. Rust twin: src/term/zonal/blinn_phong.rs.
 #define SHARP_HORIZON 0
+#include "term/fainter.glsl"
 
 // ln(1 - h), h in [0, 3/4]: the built-in loses what it adds to 1.
 float ln_one_minus(float h) {
@@ -19,11 +20,6 @@ vec2 over_node(float h, float mu, float f, float v, float alpha) {
     float g = exp(m * ln_one_minus(h));
     float first = -m * i;
     return g * vec2(fma(v, first * fma((1.0 - m) * i, mu, -4.0 * f), mu), fma(-0.5 * first, mu, f));
-}
-
-// How much more room there is where K is exp(-fall) of its peak.
-float fainter(float fall) {
-    return exp(fma(0.1, clamp(fall, 0.0, 200.0), clamp(fall - 9.21, 0.0, 60.0) / 3.0));
 }
 
 // The room of a node: 1.5 alpha at the axis, 2.4 over the relative slope beside it; more where the lobe is faint.

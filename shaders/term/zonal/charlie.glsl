@@ -1,5 +1,6 @@
 // Charlie lobe (Estevez, Kulla 2017, Eq. 2) with the weight n.w. Rust twin: src/term/zonal/charlie.rs.
 #define SHARP_HORIZON 1
+#include "term/fainter.glsl"
 
 // Mean over a node and slope: (x, y).
 // Domain: h in (0, 1], mu >= 0, f in [0, 1], v >= 0, alpha in (0, 1].
@@ -9,11 +10,6 @@ vec2 over_node(float h, float mu, float f, float v, float alpha) {
     float g = exp(p * log(2.0 * h));
     float first = p / h;
     return g * vec2(fma(v * first, fma((p - 1.0) / h, mu, -4.0 * f), mu), fma(-0.5 * first, mu, f));
-}
-
-// How much more room there is where K is exp(-fall) of its peak.
-float fainter(float fall) {
-    return exp(fma(0.1, clamp(fall, 0.0, 200.0), clamp(fall - 9.21, 0.0, 60.0) / 3.0));
 }
 
 // The room of a node, at the place of the node that is nearest to the ring: three times its width at the horizon, less

@@ -13,7 +13,7 @@ pub struct Means<'a> {
 
 enum Kind<'a> {
     Equirect(Field<'a>),
-    Cube(Grid<'a>),
+    Cube(Box<Grid<'a>>),
 }
 
 impl<'a> Means<'a> {
@@ -21,7 +21,7 @@ impl<'a> Means<'a> {
     pub fn new(environment: &'a Environment<'_>) -> Self {
         let kind = match &environment.picture {
             Picture::Equirect(picture) => Kind::Equirect(Field::new(picture)),
-            Picture::Cube(picture) => Kind::Cube(Grid::new(picture)),
+            Picture::Cube(picture) => Kind::Cube(Box::new(Grid::new(picture))),
         };
         Self { kind, frame: environment.frame }
     }

@@ -98,11 +98,13 @@ impl Node {
     }
 
     /// Is a leaf cut into parts, if what is above `threshold` is too large? A bright leaf is cut down to its texels, but
-    /// only if they are few; a leaf that is too large itself is cut as finely as need be.
-    pub fn is_cut(&self, threshold: f64) -> bool {
+    /// only if they are few; a leaf that is too large itself is cut as finely as need be. With `sharp`, so are bright
+    /// parts of a texel.
+    pub fn is_cut(&self, threshold: f64, sharp: bool) -> bool {
         let units = u32::from(self.rows[1]) * u32::from(self.columns[1]);
+        let least = if sharp { 1 } else { FINE * FINE + 1 };
         self.key().is_some_and(|key| f64::from(key) > threshold)
-            && (f64::from(self.extent) > threshold || (FINE * FINE + 1..=MAX_CUT * FINE * FINE).contains(&units))
+            && (f64::from(self.extent) > threshold || (least..=MAX_CUT * FINE * FINE).contains(&units))
     }
 
     fn key_code(key: f64) -> u32 {
@@ -259,12 +261,12 @@ impl Tree {
         nodes
     }
 
-    /// Cuts the nodes into ranges of at most `most` that can be walked one after the other. Roots of more are left out:
+    /// Cuts a range of nodes into ranges of at most `most` that can be walked one after the other. Roots of more are left out:
     /// their children stand for them.
-    pub fn pieces(&self, most: usize) -> Vec<Range<usize>> {
+    pub fn pieces(&self, range: Range<usize>, most: usize) -> Vec<Range<usize>> {
         let mut pieces: Vec<Range<usize>> = vec![];
-        let mut i = 0;
-        while i < self.nodes.len() {
+        let mut i = range.start;
+        while i < range.end {
             let end = i + self.nodes[i].skip() as usize;
             if end - i > most {
                 i += 1;
@@ -284,9 +286,10 @@ impl Tree {
         [-self.mean[2] * inverse(self.mean[0]), -self.mean[2] * inverse(self.mean[1])]
     }
 
-    /// Can a walk ask for the texels of a leaf, if nodes above `extent_rad` are too large for it?
-    pub fn needs_texels(&self, extent_rad: f64) -> bool {
-        self.nodes.par_iter().any(|n| n.skip() == 1 && n.is_cut(extent_rad))
+    /// Can a walk ask for the texels of a leaf, if nodes above `extent_rad` are too large for it? `sharp` as in
+    /// [`Node::is_cut`].
+    pub fn needs_texels(&self, extent_rad: f64, sharp: bool) -> bool {
+        self.nodes.par_iter().any(|n| n.skip() == 1 && n.is_cut(extent_rad, sharp))
     }
 
     /// Decodes node `i`.

@@ -5,8 +5,9 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal, fainter};
+use super::{Peak, Zonal};
 use crate::quadrature::gauss_legendre::gauss_legendre;
+use crate::term::fainter::fainter;
 
 /// See the module.
 pub static BECKMANN: Zonal = Zonal {
@@ -22,6 +23,7 @@ pub static BECKMANN: Zonal = Zonal {
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
     sharp_horizon: false,
+    brightness: 1.0,
     least_alpha: Some(0.001),
 };
 

@@ -5,7 +5,8 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal, fainter};
+use super::{Peak, Zonal};
+use crate::term::fainter::fainter;
 
 /// See the module.
 pub static BLINN_PHONG: Zonal = Zonal {
@@ -21,6 +22,7 @@ pub static BLINN_PHONG: Zonal = Zonal {
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
     sharp_horizon: false,
+    brightness: 1.0,
     least_alpha: Some(0.001),
 };
 

@@ -6,7 +6,8 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal, fainter};
+use super::{Peak, Zonal};
+use crate::term::fainter::fainter;
 
 /// See the module.
 pub static CHARLIE: Zonal = Zonal {
@@ -22,7 +23,8 @@ pub static CHARLIE: Zonal = Zonal {
     scale: |alpha| 1.0 / (0.5 / alpha + 1.0),
     peak: Peak::Horizon,
     sharp_horizon: true,
-    least_alpha: Some(0.003),
+    brightness: 2.5,
+    least_alpha: Some(0.01),
 };
 
 #[inline]
@@ -42,7 +44,7 @@ pub fn over_node(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2] {
 
 /// The room of a node ([`super`]), at the place of the node that is nearest to the ring: three times the ring's width at
 /// the horizon, less towards the axis, where (1 − μ)^p changes over (1 − μ)/(p sin θ); and only the ring's width, at most
-/// [`HORIZON`], where an axis's horizon may run through the node, as K has a kink there.
+/// 0.12, where an axis's horizon may run through the node, as K has a kink there.
 pub fn room(away2: f64, reach: f64, extent: f64, alpha: f64) -> f64 {
     let p = 0.5 / alpha;
     let ring = 1.0 / (p + 1.0);

@@ -22,6 +22,7 @@ pub static GGX: Zonal = Zonal {
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
     sharp_horizon: false,
+    brightness: 1.0,
     least_alpha: Some(0.001),
 };
 

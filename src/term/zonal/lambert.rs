@@ -21,6 +21,7 @@ pub static LAMBERT: Zonal = Zonal {
     scale: |_| 1.0,
     peak: Peak::Axis,
     sharp_horizon: true,
+    brightness: 1.0,
     least_alpha: None,
 };
 

@@ -21,7 +21,7 @@
 //!
 //! **Room.** Beyond the second order, a node of half diagonal s is wrong by about (λ s)³ of what it adds, λ = |d ln K/dω|:
 //! its room is about 2/λ, and never much more than the lobe's width at the peak. Where K is low, a light must be bright
-//! to be seen beside what is at the peak, so the room of lobes that fall exponentially also grows: [`fainter`].
+//! to be seen beside what is at the peak, so the room of lobes that fall exponentially also grows: [`super::fainter`].
 
 pub mod beckmann;
 pub mod blinn_phong;
@@ -60,6 +60,8 @@ pub struct Zonal {
     /// K falls so steeply to the horizon that a node there must know its own reach in the axis's direction; a mean over
     /// directions serves the others. The GLSL file's `SHARP_HORIZON`.
     pub sharp_horizon: bool,
+    /// How much further than for others bright nodes are cut: a light at a kink shows more of the error.
+    pub brightness: f64,
     /// Least alpha that is filtered within the stated error; `None` where K does not depend on alpha.
     pub least_alpha: Option<f64>,
 }
@@ -78,12 +80,6 @@ pub enum Peak {
     Axis,
     /// On a ring just above the horizon.
     Horizon,
-}
-
-/// How much more room there is where K is exp(−`fall`) of its peak: K^(−1/10), and below 1e-4 of the peak, where hardly
-/// any light is seen, another K^(−1/3).
-fn fainter(fall: f64) -> f64 {
-    (0.1 * fall.clamp(0.0, 200.0) + (fall - 9.21).clamp(0.0, 60.0) / 3.0).exp()
 }
 
 /// Every kernel, in the order of their documentation.
