@@ -112,7 +112,7 @@ fn rows_that_moved_are_refused() {
     edit(here, "sound.exr", "shifted.exr", |t| t.levels[0].rotate_left(32));
     let (code, result) = verify(here, &["shifted.exr"]);
     assert_eq!((code, verdict(&result, SHA256)), (1, "refuted"));
-    assert!(failures(&result).starts_with("several texels were changed"), "{}", failures(&result));
+    assert!(failures(&result).contains("several texels were changed"), "{}", failures(&result));
     // All are looked at, to say which is worst.
     assert_eq!(result["report"]["twin_texels"], 32 * 32);
 }
@@ -182,7 +182,7 @@ fn an_environment_has_a_certificate_too() {
     });
     let (code, result) = verify(here, &["changed.ktx2", "--source", "sky.exr"]);
     assert_eq!(code, 1);
-    assert!(failures(&result).starts_with("texel (6, 5) of face -Y, mip 1, was changed"), "{}", failures(&result));
+    assert!(failures(&result).contains("texel (6, 5) of face -Y, mip 1, was changed"), "{}", failures(&result));
 }
 
 #[test]

@@ -303,7 +303,7 @@ pub fn verify(
     };
     let certificate = certificate.environment(&job, &texture.meta, &report, encoding);
     let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
-    let mut failures = [certificate.failures.clone(), report.failures.clone()].concat();
+    let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
     if let Some(most) = checked.max_error {
         let worst = report.worst().ok_or_else(|| {
             Error::usage("no mip was compared, so --max-error has nothing to say", "give the environment with --source")

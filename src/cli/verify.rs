@@ -77,7 +77,7 @@ impl VerifyArgs {
         let on = &mut |p: Progress<'_>| console.progress(p);
         let report = check(&job, &texture, Some(encoding), extent, on)?;
         let certificate = certificate.table(&job, &texture.meta, &report);
-        let mut failures = [certificate.failures.clone(), report.failures.clone()].concat();
+        let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
         if let Some(most) = checked.max_error {
             failures.extend(exceeds(report.worst(), most, "of a checked texel"));
         }
