@@ -17,7 +17,7 @@ export DEMO_DIR
 # Expanded only when a recipe runs, after setup has decided how to get shaderc.
 CARGO_FLAGS = --locked $(shell sh scripts/setup.sh --cargo-flags)
 
-.PHONY: help setup build demo test test-readers bench clean-demo
+.PHONY: help setup build demo test test-readers test-report bench clean-demo
 
 help:
 	@echo 'make setup       install what is missing: Vulkan loader and driver, validation layers, shaderc'
@@ -25,6 +25,7 @@ help:
 	@echo 'make demo        bake two tables and an environment into $(DEMO_DIR)/, verify and draw them'
 	@echo 'make test        run all tests'
 	@echo 'make test-readers  read every format back with OpenImageIO, OpenEXR, Pillow and ktx-parse'
+	@echo 'make test-report  open reports of verify in headless Chromium'
 	@echo 'make bench       run the benchmarks'
 	@echo 'make clean-demo  delete $(DEMO_DIR)/'
 
@@ -44,6 +45,10 @@ test: setup
 # Needs Python and node, which the script installs where apt can.
 test-readers: setup
 	sh tests/readers/run.sh
+
+# Needs Chromium and node, which the script installs where apt can.
+test-report: setup
+	sh tests/report/run.sh
 
 bench: setup
 	cargo bench $(CARGO_FLAGS)

@@ -45,6 +45,7 @@ pub mod material;
 pub mod ndf;
 pub mod progress;
 pub mod quadrature;
+pub mod report;
 pub mod rule;
 pub mod shaders;
 pub mod term;

@@ -284,6 +284,11 @@ impl SpecularJob {
         Ok(job)
     }
 
+    /// The rule, for the file's certificate.
+    pub fn rule(&self) -> String {
+        format!("moment tree, eps {}", self.precision.eps)
+    }
+
     /// The shape of the result.
     pub fn shape(&self) -> Shape {
         if self.projection == Projection::Cube { Shape::Cube } else { Shape::Map }
@@ -640,7 +645,7 @@ impl SpecularJob {
             "equirect (u, v) looks along (cos φ sin θ, cos θ, sin φ sin θ), φ = 2π(u − 1/2), θ = πv",
         );
         meta.set("source", self.kernel.source);
-        meta.set("rule", format!("moment tree, eps {}", self.precision.eps));
+        meta.set("rule", self.rule());
         meta.set("quality", self.quality.name);
         meta.set("device", backend.name());
         meta.set("driver", backend.driver());

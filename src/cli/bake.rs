@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use brdf_baker::axis::Points;
 use brdf_baker::bake::{Backend, TableRequest};
-use brdf_baker::format::{self, Encoding, Output};
+use brdf_baker::format::{self, Encoding, Fingerprint, Output};
 use brdf_baker::material;
 use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::texture::Shape;
@@ -99,6 +99,7 @@ impl BakeArgs {
         texture.meta.set("error.median", format!("{:.2e}", report.median()));
         texture.meta.set("error.bound", format!("{:.0e}", job.tolerance().worst));
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
+        Fingerprint::of(&texture, encoding)?.state(&mut texture.meta);
         let written = output.commit(format, &texture, encoding)?;
 
         let seconds = start.elapsed().as_secs_f64();

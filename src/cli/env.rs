@@ -8,19 +8,20 @@ use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
 use brdf_baker::env::import::{self, Imported, Options};
 use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh::{self, Window};
-use brdf_baker::format::{self, Encoding, Format, Output};
+use brdf_baker::format::{self, Encoding, Fingerprint, Format, Output};
 use brdf_baker::progress::Progress;
 use brdf_baker::term::zonal::ZONALS;
 use brdf_baker::texture::Texture;
+use brdf_baker::verify::certificate::Certificate;
 use brdf_baker::verify::cube::{self, CubeReport};
 use brdf_baker::verify::environment::{self, MipError};
-use brdf_baker::verify::table::Extent;
-use brdf_baker::{Error, Result};
+use brdf_baker::{Error, Result, report};
 use serde_json::json;
 
 use super::Global;
 use super::console::Console;
 use super::source::{self, SourceArgs};
+use super::verify::{Checked, exceeds};
 
 #[derive(clap::Args)]
 pub struct EnvArgs {
@@ -113,6 +114,7 @@ impl Wanted {
         texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
         texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
         texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
+        Fingerprint::of(&texture, self.encoding)?.state(&mut texture.meta);
         Ok(Baked { texture, rms, worst, texels })
     }
 
@@ -280,42 +282,56 @@ fn summary(errors: &[MipError]) -> (f64, f64, u32) {
 
 /// `brdf-baker verify` of an environment.
 pub fn verify(
-    file: &Path,
+    checked: Checked,
     source: Option<&Path>,
     texture: &Texture,
     encoding: Encoding,
-    extent: Extent,
+    certificate: Certificate,
     console: &mut Console,
 ) -> Result<()> {
+    let file = checked.file.as_path();
     let job = SpecularJob::from_meta(texture).map_err(|e| Error::input(file, e.to_string(), e.help().to_string()))?;
     let on = &mut |p: Progress<'_>| console.progress(p);
-    let report = match source {
-        Some(source) => {
-            let options = Options::from_meta(&texture.meta)?;
-            let imported = import::read(source, &options, on)?;
-            cube::check_with_source(&job, texture, &imported.environment, encoding, extent, on)?
-        }
-        None => cube::check(&job, texture, encoding, extent, on)?,
+    let imported = match source {
+        Some(source) => Some(import::read(source, &Options::from_meta(&texture.meta)?, on)?),
+        None => None,
     };
+    let source = imported.as_ref().map(|i| &i.environment);
+    let report = match source {
+        Some(source) => cube::check_with_source(&job, texture, source, encoding, checked.extent, on)?,
+        None => cube::check(&job, texture, encoding, checked.extent, on)?,
+    };
+    let certificate = certificate.environment(&job, &texture.meta, &report, encoding);
     let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
-    console.result(
-        &text(&file.display().to_string(), &job, encoding.name, against, &report),
-        &json!({
-            "path": file,
-            "encoding": encoding.name,
-            "against": against,
-            "passed": report.failures.is_empty(),
-            "report": report,
-        }),
-    )?;
-    match report.failures.first() {
-        None => Ok(()),
-        Some(failure) => Err(Error::Verify { what: format!("'{}' is wrong: {failure}", file.display()) }),
+    let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
+    if let Some(most) = checked.max_error {
+        let worst = report.worst().ok_or_else(|| {
+            Error::usage("no mip was compared, so --max-error has nothing to say", "give the environment with --source")
+        })?;
+        failures.extend(exceeds(worst, most, "relative, of a checked texel"));
     }
+    let picture = match &checked.page {
+        Some(_) => Some(report::cube::picture(&job, texture, source, &report, on)?),
+        None => None,
+    };
+    let text = text(&file.display().to_string(), &job, encoding.name, against, &report, failures.is_empty());
+    let result = json!({
+        "path": file,
+        "encoding": encoding.name,
+        "projection": job.projection.name(),
+        "kernel": job.kernel.name,
+        "against": against,
+        "passed": failures.is_empty(),
+        "max_error": checked.max_error,
+        "failures": failures,
+        "report": report,
+        "certificate": certificate,
+    });
+    checked.conclude(text, &result, &certificate, &failures, picture, console)
 }
 
-fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &CubeReport) -> String {
-    let verdict = if report.failures.is_empty() { "right" } else { "WRONG" };
+fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &CubeReport, right: bool) -> String {
+    let verdict = if right { "right" } else { "WRONG" };
     let [r, g, b] = report.mean;
     let mut text = format!(
         "{path}  {} {} {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}",
@@ -340,9 +356,6 @@ fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &C
          {seams} mips: {}",
         holds(report.failures.is_empty())
     ));
-    for failure in &report.failures {
-        text.push_str(&format!("\n  wrong      {failure}"));
-    }
     text
 }
 

@@ -1,13 +1,15 @@
 //! `brdf-baker verify`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use brdf_baker::bake::TableJob;
-use brdf_baker::format;
+use brdf_baker::format::{self, Output};
+use brdf_baker::progress::Progress;
 use brdf_baker::texture::Shape;
+use brdf_baker::verify::certificate::{Certificate, Verdict};
 use brdf_baker::verify::table::{Extent, TableReport, check};
-use brdf_baker::{Error, Result};
-use serde_json::json;
+use brdf_baker::{Error, Result, report};
+use serde_json::{Value, json};
 
 use super::console::Console;
 
@@ -22,39 +24,147 @@ pub struct VerifyArgs {
     /// says, instead of with the file's own mip 0
     #[arg(long, value_name = "INPUT")]
     source: Option<PathBuf>,
+    /// Largest error that passes, rounding included: of tables absolute up to 1 and relative beyond, of environments
+    /// relative [default: what the bake is held to]
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    max_error: Option<f64>,
+    /// Also write what was found as one page: texels, errors, slices, laws, conventions
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+}
+
+/// A file under test, and what is wanted beside the verdict.
+pub struct Checked {
+    pub file: PathBuf,
+    pub extent: Extent,
+    pub max_error: Option<f64>,
+    /// Where the page goes.
+    pub page: Option<(PathBuf, Output)>,
 }
 
 impl VerifyArgs {
     pub fn run(self, console: &mut Console) -> Result<()> {
-        let (texture, encoding) = format::for_path(&self.file)?.read(&self.file)?;
-        let extent = if self.full { Extent::Full } else { Extent::Spot };
-        if texture.shape != Shape::Table {
-            return super::env::verify(&self.file, self.source.as_deref(), &texture, encoding, extent, console);
+        // Everything that can be refused is refused before any work.
+        if let Some(bad) = self.max_error.filter(|x| !(x.is_finite() && *x >= 0.0)) {
+            return Err(Error::usage(
+                format!("--max-error {bad} is no bound"),
+                "give a number of at least 0, e.g. 1e-3",
+            ));
         }
-        let job =
-            TableJob::from_meta(&texture).map_err(|e| Error::input(&self.file, e.to_string(), e.help().to_string()))?;
-        let report = check(&job, &texture, Some(encoding), extent, &mut |p| console.progress(p))?;
-        console.result(
-            &text(&self.file.display().to_string(), &job, encoding.name, &report),
-            &json!({
-                "path": self.file,
-                "table": job.table.facts().name,
-                "ndf": job.model.ndf.to_string(),
-                "visibility": job.model.visibility.name,
-                "encoding": encoding.name,
-                "passed": report.failures.is_empty(),
-                "report": report,
-            }),
-        )?;
-        match report.failures.first() {
+        let page = self.report.map(prepare_page).transpose()?;
+        let (texture, encoding) = format::for_path(&self.file)?.read(&self.file)?;
+        let named = |e: Error| Error::input(&self.file, e.to_string(), e.help().to_string());
+        let certificate = Certificate::texels(&texture, encoding).map_err(named)?;
+        let extent = match (self.full, certificate.several_changed) {
+            (true, _) => Extent::Full,
+            // Which of them is worst, only a look at all can say.
+            (false, true) => Extent::Twin,
+            (false, false) => Extent::Spot,
+        };
+        let checked = Checked { file: self.file.clone(), extent, max_error: self.max_error, page };
+        if texture.shape != Shape::Table {
+            let source = self.source.as_deref();
+            return super::env::verify(checked, source, &texture, encoding, certificate, console);
+        }
+
+        if self.source.is_some() {
+            return Err(Error::usage(
+                format!("'{}' is a table, which has no source", self.file.display()),
+                "drop --source",
+            ));
+        }
+        let job = TableJob::from_meta(&texture).map_err(named)?;
+        let on = &mut |p: Progress<'_>| console.progress(p);
+        let report = check(&job, &texture, Some(encoding), extent, on)?;
+        let certificate = certificate.table(&job, &texture.meta, &report);
+        let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
+        if let Some(most) = checked.max_error {
+            failures.extend(exceeds(report.worst(), most, "of a checked texel"));
+        }
+        let picture = match &checked.page {
+            Some(_) => Some(report::table::picture(&job, &texture, encoding, on)?),
+            None => None,
+        };
+        let text = text(&self.file.display().to_string(), &job, encoding.name, &report, failures.is_empty());
+        let result = json!({
+            "path": self.file,
+            "table": job.table.facts().name,
+            "ndf": job.model.ndf.to_string(),
+            "visibility": job.model.visibility.name,
+            "fresnel": job.model.fresnel.to_string(),
+            "encoding": encoding.name,
+            "passed": failures.is_empty(),
+            "max_error": checked.max_error,
+            "failures": failures,
+            "report": report,
+            "certificate": certificate,
+        });
+        checked.conclude(text, &result, &certificate, &failures, picture, console)
+    }
+}
+
+/// A page's place, known to be writable.
+fn prepare_page(path: PathBuf) -> Result<(PathBuf, Output)> {
+    // Anything else could be the very file that is checked.
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html")) {
+        let what = format!("'{}' is no name for a page", path.display());
+        return Err(Error::usage(what, "name a file that ends in .html"));
+    }
+    let output = Output::prepare(&path)?;
+    Ok((path, output))
+}
+
+/// A failure where `worst` is more than `--max-error`, or not a number.
+pub fn exceeds(worst: f64, most: f64, of: &str) -> Option<String> {
+    let within = worst <= most;
+    (!within).then(|| format!("the largest error {of} is {worst:.2e}, more than --max-error {most:.2e}"))
+}
+
+impl Checked {
+    /// Writes the page, prints the result, and turns the first failure into an error.
+    pub fn conclude(
+        self,
+        mut text: String,
+        result: &Value,
+        certificate: &Certificate,
+        failures: &[String],
+        picture: Option<Value>,
+        console: &mut Console,
+    ) -> Result<()> {
+        text.push_str(&claims(certificate));
+        failures.iter().for_each(|failure| text.push_str(&format!("\n  wrong      {failure}")));
+        if let (Some((path, output)), Some(picture)) = (self.page, picture) {
+            let name = self.file.file_name().unwrap_or(Path::new("file").as_os_str()).to_string_lossy();
+            output.commit_bytes(report::page(&format!("{name}, verified"), result, &picture).as_bytes())?;
+            text.push_str(&format!("\n  report     {}", path.display()));
+        }
+        console.result(&text, result)?;
+        match failures.first() {
             None => Ok(()),
             Some(failure) => Err(Error::Verify { what: format!("'{}' is wrong: {failure}", self.file.display()) }),
         }
     }
 }
 
-fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport) -> String {
-    let verdict = if report.failures.is_empty() { "right" } else { "WRONG" };
+/// The certificate in one line: the keys of each verdict.
+fn claims(certificate: &Certificate) -> String {
+    let mut parts = vec![];
+    for (verdict, word) in [
+        (Verdict::Refuted, "refuted"),
+        (Verdict::Confirmed, "confirmed"),
+        (Verdict::Stated, "stated"),
+        (Verdict::Missing, "not stated"),
+    ] {
+        let keys: Vec<&str> = certificate.claims.iter().filter(|c| c.verdict == verdict).map(|c| c.key).collect();
+        if !keys.is_empty() {
+            parts.push(format!("{word} {}", keys.join(", ")));
+        }
+    }
+    format!("\n  claims     {}", parts.join("; "))
+}
+
+fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right: bool) -> String {
+    let verdict = if right { "right" } else { "WRONG" };
     let mut text = format!(
         "{path}  {} {} {} {encoding}: {verdict}",
         job.table.facts().name,

@@ -10,6 +10,7 @@
 
 mod encoding;
 mod exr;
+mod fingerprint;
 mod hdr;
 mod ktx2;
 mod output;
@@ -21,6 +22,7 @@ use std::path::Path;
 
 pub use self::encoding::{ENCODINGS, Encoding, Repr, Rounding, decode, encode, rounding};
 pub use self::exr::Exr;
+pub use self::fingerprint::{Changed, Fingerprint, SHA256};
 pub use self::hdr::Hdr;
 pub use self::ktx2::Ktx2;
 pub use self::output::{Output, Written};

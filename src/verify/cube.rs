@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::environment::{self, Scale};
+use super::law::Law;
 use super::seams::{self, Seams};
 use super::table::Extent;
 use crate::bake::specular::SpecularJob;
@@ -80,8 +81,26 @@ pub struct CubeReport {
     pub levels: Vec<LevelReport>,
     /// Mean radiance of mip 0, per channel.
     pub mean: [f64; 3],
+    /// Greatest root mean square of any mip at the texels of a bake's own check; only against the source.
+    pub certified_rms: Option<f64>,
+    /// Largest relative difference of the same.
+    pub certified_worst: Option<f64>,
+    /// What must hold, and whether it does.
+    pub laws: Vec<Law>,
     /// What is wrong, in sentences; empty when everything holds.
     pub failures: Vec<String>,
+}
+
+impl CubeReport {
+    /// Largest relative difference of any mip; `None` where none was compared.
+    pub fn worst(&self) -> Option<f64> {
+        self.mips.iter().map(|m| m.worst).reduce(worse)
+    }
+}
+
+/// The greater one; NaN is the greatest.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.total_cmp(&b).is_ge() { a } else { b }
 }
 
 /// Texel of mip 0: direction of its centre, radiance, and its place on a face.
@@ -102,7 +121,7 @@ pub fn check(
     on: &mut OnProgress<'_>,
 ) -> Result<CubeReport> {
     let mut failures = vec![];
-    let levels = laws(job, texture, encoding, &mut failures);
+    let (levels, mut obeyed) = laws(job, texture, encoding, &mut failures);
     let mean = mean(texture, job.projection, 0);
     if !failures.is_empty() || job.projection != Projection::Cube || job.filtered().start == 0 {
         return Ok(CubeReport {
@@ -110,9 +129,13 @@ pub fn check(
             skipped: job.filtered().map(|m| m as usize).collect(),
             levels,
             mean,
+            certified_rms: None,
+            certified_worst: None,
+            laws: obeyed,
             failures,
         });
     }
+    let before = failures.len();
 
     let cells = cells(texture);
     let texel_rad = 2.0 / f64::from(texture.width);
@@ -155,7 +178,17 @@ pub fn check(
         }
         mips.push(report);
     }
-    Ok(CubeReport { mips, skipped, levels, mean, failures })
+    obeyed.push(Law::new("every compared mip is the convolution of mip 0, within its bound", &failures[before..]));
+    let (certified_rms, certified_worst) = (None, None);
+    Ok(CubeReport { mips, skipped, levels, mean, certified_rms, certified_worst, laws: obeyed, failures })
+}
+
+/// What texels (face, column, row) of a filtered mip of a cube should hold, if mip 0 were the source.
+pub fn expected(job: &SpecularJob, texture: &Texture, mip: u32, texels: &[[u32; 3]]) -> Vec<[f64; 3]> {
+    let (cells, texel_rad) = (cells(texture), 2.0 / f64::from(texture.width));
+    let at =
+        |[face, x, y]: &[u32; 3]| convolve(&cells, texel_rad, job.axis(mip, *face, *x, *y), job.kernel, job.alpha(mip));
+    texels.par_iter().map(at).collect()
 }
 
 /// The mean radiance of mip 0 may differ from the source's by this share.
@@ -171,16 +204,17 @@ pub fn check_with_source<'a>(
     on: &mut OnProgress<'_>,
 ) -> Result<CubeReport> {
     let extent = match extent {
-        Extent::Spot => environment::Extent { random: 24, bright: 8 },
+        Extent::Spot | Extent::Twin => environment::Extent { random: 24, bright: 8 },
         Extent::Full => environment::Extent::THOROUGH,
     };
     let step = encoding.half_ulp_at(1.0, 1.0);
     let (rms_bound, worst_bound) = (job.quality.rms_bound + step, job.quality.worst_bound + step);
     let mut failures = vec![];
-    let levels = laws(job, texture, encoding, &mut failures);
+    let (levels, mut obeyed) = laws(job, texture, encoding, &mut failures);
     let mean = mean(texture, job.projection, 0);
     let source = source.into();
     let expected = source.picture.mean();
+    let before = failures.len();
     for c in (0..3).filter(|_| job.filtered().start > 0) {
         let off = relative(mean[c], expected[c]);
         // All texels of a constant channel may be rounded alike.
@@ -189,10 +223,16 @@ pub fn check_with_source<'a>(
             failures.push(format!("the mean of mip 0, channel {name}, is {} instead of {}", mean[c], expected[c]));
         }
     }
+    if job.filtered().start > 0 {
+        obeyed.push(Law::new("mip 0 has the mean radiance of the source", &failures[before..]));
+    }
+    let before = failures.len();
     let brightest = f64::from(source.picture.texels().iter().flatten().copied().fold(0.0, f32::max));
     for level in levels.iter().filter(|l| l.peak > brightest * (1.0 + 1e-6 + step)) {
         failures.push(format!("mip {} reaches {}, more than the source's {brightest}", level.mip, level.peak));
     }
+    obeyed.push(Law::new("no texel is brighter than the source's brightest", &failures[before..]));
+    let before = failures.len();
     let found = environment::check(job, &source, texture, extent, on)?;
     for e in &found {
         let holds = e.rms <= rms_bound && e.max <= worst_bound;
@@ -203,6 +243,7 @@ pub fn check_with_source<'a>(
             ));
         }
     }
+    obeyed.push(Law::new("every mip is the convolution of the source, within its bound", &failures[before..]));
     let report = |e: environment::MipError| MipReport {
         mip: e.mip as usize,
         alpha: job.alpha(e.mip),
@@ -212,18 +253,28 @@ pub fn check_with_source<'a>(
         bias: Some(e.bias),
         bound: rms_bound,
     };
-    Ok(CubeReport { mips: found.into_iter().map(report).collect(), skipped: vec![], levels, mean, failures })
+    let mips = found.into_iter().map(report).collect();
+    let own = environment::check(job, &source, texture, environment::Extent::SPOT, on)?;
+    let certified_rms = own.iter().map(|e| e.rms).reduce(worse);
+    let certified_worst = own.iter().map(|e| e.max).reduce(worse);
+    Ok(CubeReport { mips, skipped: vec![], levels, mean, certified_rms, certified_worst, laws: obeyed, failures })
 }
 
 /// What every filtered environment obeys.
-fn laws(job: &SpecularJob, texture: &Texture, encoding: Encoding, failures: &mut Vec<String>) -> Vec<LevelReport> {
+fn laws(
+    job: &SpecularJob,
+    texture: &Texture,
+    encoding: Encoding,
+    failures: &mut Vec<String>,
+) -> (Vec<LevelReport>, Vec<Law>) {
     for (mip, level) in texture.levels.iter().enumerate() {
         if let Some(bad) = level.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
             failures.push(format!("mip {mip} holds {} at value {bad}", level[bad]));
         }
     }
+    let mut obeyed = vec![Law::new("radiance is finite and not negative", failures)];
     if !failures.is_empty() {
-        return vec![];
+        return (vec![], obeyed);
     }
     let rounding = encoding.half_ulp_at(1.0, 1.0);
     let levels: Vec<LevelReport> = (0..texture.levels.len())
@@ -239,12 +290,13 @@ fn laws(job: &SpecularJob, texture: &Texture, encoding: Encoding, failures: &mut
         })
         .collect();
     let texel_rad = job.projection.texel_rad(texture.height);
+    let (mut brighter, mut livelier, mut ringing) = (vec![], vec![], vec![]);
     for pair in levels.windows(2) {
         let [above, level] = pair else { continue };
         // The point sample of a sharp lobe may exceed a box average; beyond mip 0's texels it may not.
         let blur = (2.0 * texel_rad / (job.kernel.scale)(job.alpha(level.mip as u32))).powi(2) / 12.0;
         if level.peak > levels[0].peak * (1.0 + blur + 1e-3) {
-            failures.push(format!("mip {} reaches {}, more than mip 0's {}", level.mip, level.peak, levels[0].peak));
+            brighter.push(format!("mip {} reaches {}, more than mip 0's {}", level.mip, level.peak, levels[0].peak));
         }
         // Lobes with a peak at their axis blur more as they get wider. A few texels make a poor mean of squares, and fewer
         // than 4 x 4 none.
@@ -254,18 +306,26 @@ fn laws(job: &SpecularJob, texture: &Texture, encoding: Encoding, failures: &mut
         if size >= 4 && level.variance > before * (1.0 + tolerance) + 1e-5 {
             let name = if job.kernel.peak == Peak::Axis { above.mip } else { 0 };
             let (after, mip) = (level.variance, level.mip);
-            failures.push(format!("mip {mip} has more variance than mip {name}: {after:.3e} after {before:.3e}"));
+            livelier.push(format!("mip {mip} has more variance than mip {name}: {after:.3e} after {before:.3e}"));
         }
     }
     for level in &levels {
         if let Some(seams) = level.seams.filter(|s| !s.are_clean(rounding)) {
-            failures.push(format!(
+            ringing.push(format!(
                 "mip {} has rings at its seams: steps across are off by {:.1e}, at the edge by {:.1e}, inside by {:.1e}",
                 level.mip, seams.across, seams.edge, seams.within
             ));
         }
     }
-    levels
+    for (statement, found) in [
+        ("no mip is brighter than mip 0", brighter),
+        ("a wider lobe leaves less variance", livelier),
+        ("faces meet without rings at their seams", ringing),
+    ] {
+        obeyed.push(Law::new(statement, &found));
+        failures.extend(found);
+    }
+    (levels, obeyed)
 }
 
 /// Mean radiance over the sphere of a level.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::cube_truth::CubeTruth;
 use crate::bake::specular::SpecularJob;
-use crate::env::{Environment, Equirect, Picture};
+use crate::env::{Environment, Equirect, Frame, Picture};
 use crate::error::Result;
 use crate::progress::{OnProgress, tick};
 use crate::term::zonal::{Peak, Zonal};
@@ -64,21 +64,17 @@ pub fn check<'a>(
     let mut found = vec![];
     for mip in job.filtered() {
         tick(on, "checking against the truth", f64::from(mip) / f64::from(job.mips))?;
-        let alpha = job.alpha(mip);
         let texels = chosen(job, mip, brightest, extent);
-        let norm = (job.kernel.norm)(alpha);
-        let axis = |[face, x, y]: &[u32; 3]| frame.to_picture(job.axis(mip, *face, *x, *y));
-        let axes: Vec<_> = texels.iter().map(axis).collect();
-        let exact = truth.integrals(&axes, Scale::of(job.kernel, alpha), |h| (job.kernel.values)(h, alpha));
+        let exact = truth.texels(job, &frame, mip, &texels);
         let (mut squares, mut max) = (0.0, 0.0f64);
         let (mut gained, mut whole) = (0.0, 0.0);
         for ([face, x, y], exact) in texels.iter().zip(&exact) {
             for (k, exact) in exact.iter().enumerate() {
                 let got = f64::from(cube.texel(mip as usize, *face, *x, *y)[k]);
-                let error = (got - exact / norm).abs() / (exact / norm).max(floor);
+                let error = (got - exact).abs() / exact.max(floor);
                 squares += error * error;
-                gained += got - exact / norm;
-                whole += exact / norm;
+                gained += got - exact;
+                whole += exact;
                 // A NaN must not get lost in max().
                 max = if error > max || error.is_nan() { error } else { max };
             }
@@ -88,6 +84,11 @@ pub fn check<'a>(
     }
     tick(on, "checking against the truth", 1.0)?;
     Ok(found)
+}
+
+/// What texels (face, column, row) of a filtered mip should hold.
+pub fn expected(job: &SpecularJob, source: &Environment<'_>, mip: u32, texels: &[[u32; 3]]) -> Vec<[f64; 3]> {
+    AnyTruth::new(&source.picture).texels(job, &source.frame, mip, texels)
 }
 
 /// The direction of the brightest texel.
@@ -110,6 +111,16 @@ impl<'a> AnyTruth<'a> {
             Picture::Equirect(picture) => AnyTruth::Equirect(Truth::new(picture)),
             Picture::Cube(picture) => AnyTruth::Cube(CubeTruth::new(picture)),
         }
+    }
+
+    /// Radiance at the axes of texels (face, column, row) of a mip.
+    fn texels(&self, job: &SpecularJob, frame: &Frame, mip: u32, texels: &[[u32; 3]]) -> Vec<[f64; 3]> {
+        let alpha = job.alpha(mip);
+        let norm = (job.kernel.norm)(alpha);
+        let axis = |[face, x, y]: &[u32; 3]| frame.to_picture(job.axis(mip, *face, *x, *y));
+        let axes: Vec<_> = texels.iter().map(axis).collect();
+        let found = self.integrals(&axes, Scale::of(job.kernel, alpha), |h| (job.kernel.values)(h, alpha));
+        found.into_iter().map(|radiance| radiance.map(|v| v / norm)).collect()
     }
 
     fn integrals(&self, directions: &[[f64; 3]], scale: Scale, kernel: impl Fn(&mut [f64]) + Sync) -> Vec<[f64; 3]> {

@@ -1,8 +1,10 @@
 //! Checks: the independent truth, the laws, and what they say of a file.
 
+pub mod certificate;
 pub mod cube;
 pub mod cube_truth;
 pub mod environment;
+pub mod law;
 pub mod seams;
 pub mod table;
 pub mod truth;

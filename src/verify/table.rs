@@ -1,8 +1,11 @@
 //! Compares the texels of a table with the twin and the truth, and with the laws that they must obey.
 
+use std::collections::HashSet;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::law::Law;
 use crate::bake::{At, TableJob};
 use crate::error::Result;
 use crate::format::{Encoding, Repr};
@@ -20,6 +23,8 @@ const SINGLE: Encoding = Encoding { name: "r32f", components: 1, repr: Repr::F32
 pub enum Extent {
     /// Corners, edges and a coarse grid: milliseconds.
     Spot,
+    /// Every texel against the twin, as few as that against the truth: for a file that is known to have been changed.
+    Twin,
     /// Every texel.
     Full,
 }
@@ -58,6 +63,13 @@ pub struct TableReport {
     pub twin_median: f64,
     /// The least bound that a checked texel had to keep, rounding included.
     pub bound: f64,
+    /// Largest error, less what rounding to the stored encoding explains, at the texels of a spot check: what a bake
+    /// states of itself.
+    pub certified_worst: f64,
+    /// Largest median of any channel of the same.
+    pub certified_median: f64,
+    /// What must hold, and whether it does.
+    pub laws: Vec<Law>,
     /// What is wrong, in sentences; empty when everything holds.
     pub failures: Vec<String>,
 }
@@ -114,23 +126,21 @@ pub fn check(
     let sampled = |n: u32| grid(samples(width, n), &samples(height, n));
     let all = || grid((0..width).collect(), &(0..height).collect::<Vec<_>>());
 
-    let twin_texels = if extent == Extent::Full { all() } else { sampled(24) };
+    let twin_texels = if extent == Extent::Spot { sampled(24) } else { all() };
     tick(on, "verify: twin", 0.0)?;
     let twin = compare(&twin_texels, &|at| (job.rule(at), 0.0));
     let truth_texels = if extent == Extent::Full { all() } else { sampled(4) };
     let mut truth = Vec::with_capacity(truth_texels.len());
     for chunk in truth_texels.chunks(512) {
         tick(on, "verify: truth", truth.len() as f64 / truth_texels.len() as f64)?;
-        truth.extend(compare(chunk, &|at| {
-            let t = job.table.truth(&job.model, at, TRUTH_SHARE * tolerance.worst);
-            (job.channels.iter().map(|c| t.value[*c]).collect(), t.error)
-        }));
+        truth.extend(compare(chunk, &|at| expected(job, at)));
     }
     tick(on, "verify: truth", 1.0)?;
 
-    let mut failures = vec![];
+    let (mut failures, mut obeyed) = (vec![], vec![]);
     let mut bound = f64::INFINITY;
-    for (kind, list) in [("twin", &twin), ("truth", &truth)] {
+    for (kind, by, list) in [("twin", "the same rule in f64", &twin), ("truth", "adaptive f64 integration", &truth)] {
+        let before = failures.len();
         if list.is_empty() {
             failures.push(format!("no texel was compared with the {kind}"));
         }
@@ -172,8 +182,13 @@ pub fn check(
                 c.expected[channel]
             ));
         }
+        let statement = format!("{} texels agree with the {kind} ({by}) within their bounds", list.len());
+        obeyed.push(Law::new(statement, &failures[before..]));
     }
-    laws(job, texture, stored, &mut failures);
+    for (statement, failure) in laws(job, texture, stored) {
+        obeyed.push(Law::new(statement, failure.as_slice()));
+        failures.extend(failure);
+    }
 
     let twin_errors = || twin.iter().flat_map(|c| c.found.iter().zip(&c.expected).map(|(f, e)| (f - e).abs()));
     let twin_median = median(twin_errors().collect());
@@ -183,7 +198,14 @@ pub fn check(
             tolerance.median
         ));
     }
+    let spot: HashSet<[u32; 2]> = sampled(4).into_iter().collect();
+    let spot: Vec<&Compared> = truth.iter().filter(|c| spot.contains(&c.texel)).collect();
+    let beyond = |channel: usize| -> Vec<f64> { spot.iter().map(|c| beyond_rounding(c, channel, stored)).collect() };
+    let beyond: Vec<Vec<f64>> = (0..texture.channels.len()).map(beyond).collect();
     Ok(TableReport {
+        certified_worst: beyond.iter().flatten().copied().fold(0.0, worse),
+        certified_median: beyond.into_iter().map(median).fold(0.0, worse),
+        laws: obeyed,
         channels: (0..texture.channels.len()).map(|i| channel_error(&texture.channels[i], i, &truth, stored)).collect(),
         truth_texels: truth.len(),
         truth_error: truth.iter().map(|c| c.reference_error / c.largest_expected()).fold(0.0, f64::max),
@@ -193,6 +215,26 @@ pub fn check(
         bound,
         failures,
     })
+}
+
+/// The truth of the chosen channels at a place, and how far it may be off.
+pub fn expected(job: &TableJob, at: At) -> (Vec<f64>, f64) {
+    let truth = job.table.truth(&job.model, at, TRUTH_SHARE * job.tolerance().worst);
+    (job.channels.iter().map(|c| truth.value[*c]).collect(), truth.error)
+}
+
+/// The greater one; NaN is the greatest.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.total_cmp(&b).is_ge() { a } else { b }
+}
+
+/// The error of a channel that rounding to the stored encoding does not explain.
+fn beyond_rounding(c: &Compared, channel: usize, stored: Option<Encoding>) -> f64 {
+    let (found, expected) = (c.found[channel], c.expected[channel]);
+    let largest = c.found.iter().copied().fold(0.0, f64::max);
+    let rounding = stored.map_or(0.0, |e| e.half_ulp_at(expected, largest));
+    let beyond = ((found - expected).abs() - rounding) / expected.abs().max(1.0);
+    if beyond < 0.0 { 0.0 } else { beyond }
 }
 
 fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<Encoding>) -> ChannelError {
@@ -215,41 +257,49 @@ fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<
     }
 }
 
-/// Laws over every texel: finite, within the channel's range, and scale + bias = albedo ≤ 1.
-fn laws(job: &TableJob, texture: &Texture, stored: Option<Encoding>, failures: &mut Vec<String>) {
+/// Laws over every texel, each with what is wrong: finite, within the channel's range, and scale + bias = albedo ≤ 1.
+fn laws(job: &TableJob, texture: &Texture, stored: Option<Encoding>) -> Vec<(String, Option<String>)> {
     let channels: Vec<_> = job.channel_facts().collect();
     let slack = |v: f64| job.tolerance().near_zero * v.max(1.0) + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
     let find = |name: &str| channels.iter().position(|c| c.name == name);
-    let (scale, bias, albedo) = (find("scale"), find("bias"), find("albedo"));
     let (width, height) = job.size();
     let largest = f64::from(job.model.largest());
-    let mut broken: Vec<(String, [u32; 2])> = vec![];
-    for y in 0..height {
-        for x in 0..width {
-            let texel = texture.texel(0, 0, x, y);
-            for (value, channel) in texel.iter().zip(&channels) {
-                let value = f64::from(*value);
-                let [low, high] = job.range(channel).map(f64::from);
-                if !(value >= low - slack(low) && value <= high + slack(high)) {
-                    broken.push((format!("{} is {value}, outside [{low}, {high}]", channel.name), [x, y]));
-                }
-            }
-            if let (Some(scale), Some(bias)) = (scale, bias) {
-                let e = f64::from(texel[scale]) + f64::from(texel[bias]);
-                if e.is_nan() || e > largest + 2.0 * slack(largest) {
-                    broken.push((format!("scale + bias is {e}, more than {largest}"), [x, y]));
-                }
-                if let Some(albedo) = albedo
-                    && (e - f64::from(texel[albedo])).abs() > 3.0 * slack(e)
-                {
-                    broken.push((format!("scale + bias is {e}, albedo is {}", texel[albedo]), [x, y]));
-                }
-            }
+    // Each says what is wrong with a texel, if anything is.
+    type Check<'a> = Box<dyn Fn(&[f32]) -> Option<String> + 'a>;
+    let mut checks: Vec<(String, Check<'_>)> = vec![];
+    for (i, channel) in channels.iter().enumerate() {
+        let [low, high] = job.range(channel).map(f64::from);
+        let check = move |texel: &[f32]| {
+            let value = f64::from(texel[i]);
+            let inside = value >= low - slack(low) && value <= high + slack(high);
+            (!inside).then(|| format!("{} is {value}, outside [{low}, {high}]", channel.name))
+        };
+        checks.push((format!("{} is finite and within [{low}, {high}]", channel.name), Box::new(check)));
+    }
+    if let (Some(scale), Some(bias)) = (find("scale"), find("bias")) {
+        let sum = move |texel: &[f32]| f64::from(texel[scale]) + f64::from(texel[bias]);
+        let check = move |texel: &[f32]| {
+            let e = sum(texel);
+            (e.is_nan() || e > largest + 2.0 * slack(largest))
+                .then(|| format!("scale + bias is {e}, more than {largest}"))
+        };
+        checks.push((format!("scale + bias is at most {largest}: no light is made"), Box::new(check)));
+        if let Some(albedo) = find("albedo") {
+            let check = move |texel: &[f32]| {
+                let (e, albedo) = (sum(texel), f64::from(texel[albedo]));
+                let equal = (e - albedo).abs() <= 3.0 * slack(e);
+                (!equal).then(|| format!("scale + bias is {e}, albedo is {albedo}"))
+            };
+            checks.push(("scale + bias is the albedo".into(), Box::new(check)));
         }
     }
-    if let Some((what, [x, y])) = broken.first() {
-        failures.push(format!("{} texels break a law; the first, ({x}, {y}): {what}", broken.len()));
-    }
+    let texels = || (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+    let broken = |check: &Check<'_>| {
+        let mut broken = texels().filter_map(|[x, y]| check(texture.texel(0, 0, x, y)).map(|what| (what, x, y)));
+        let (what, x, y) = broken.next()?;
+        Some(format!("{} texels break a law; the first, ({x}, {y}): {what}", 1 + broken.count()))
+    };
+    checks.into_iter().map(|(statement, check)| (statement, broken(&check))).collect()
 }
 
 /// Indices of up to `n` samples of an axis, both ends and their neighbours included.

@@ -1,0 +1,197 @@
+//! What a file says of its texels, so that a change to them is found and, where one texel changed, named.
+//!
+//! **What is hashed.** The texels as they are stored: level 0 first, faces in order, rows from the top, texels from the
+//! left; of each texel the components that hold channels, in the representation of the encoding, little endian (of
+//! [`Repr::Rgbe8`] all four bytes). Headers, compression and components that only fill a texel are left out, so that
+//! the same values have the same hash in every container that holds their representation.
+//!
+//! **`texels.sha256`** is the SHA-256 of these bytes, as 64 hexadecimal digits.
+//!
+//! **`texels.sums`** finds the place. With v_i = `mixed`(i, texel i), i from 1, and p = 2^61 − 1, it is Σ v_i mod p and
+//! Σ i v_i mod p, as 16 hexadecimal digits each. One changed texel moves its v_i by some d, so the sums move by d and i d,
+//! and their quotient is i. Several changes move them by unrelated amounts, even where equal texels changed alike, since
+//! v_i depends on i: the quotient is then an index only by a chance of (number of texels)/p.
+
+use sha2::{Digest, Sha256};
+
+use super::{Encoding, Repr, encode};
+use crate::error::{Error, Result};
+use crate::texture::{Meta, Texture};
+
+/// The key of the hash.
+pub const SHA256: &str = "texels.sha256";
+/// The key of the sums.
+pub const SUMS: &str = "texels.sums";
+
+/// 2^61 − 1, a prime.
+const P: u64 = (1 << 61) - 1;
+/// Texels that are encoded at a time.
+const CHUNK: usize = 1 << 14;
+
+/// See the module.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fingerprint {
+    /// 64 hexadecimal digits.
+    pub sha256: String,
+    /// Σ v_i and Σ i v_i modulo 2^61 − 1.
+    pub sums: [u64; 2],
+}
+
+/// Which texels differ from those that a fingerprint was taken of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Changed {
+    /// This one, counted from 0 over all levels.
+    One(u64),
+    /// More than one.
+    Several,
+}
+
+impl Fingerprint {
+    /// Of a texture as `encoding` stores it; an error where its texels do not fit into it.
+    pub fn of(texture: &Texture, encoding: Encoding) -> Result<Fingerprint> {
+        let channels = texture.channels.len();
+        super::encoding::fits(channels, encoding)?;
+        let components = if encoding.repr == Repr::Rgbe8 { encoding.components } else { channels };
+        let encoding = Encoding { components, ..encoding };
+        let (mut hash, mut sums, mut index) = (Sha256::new(), [0; 2], 0);
+        for values in texture.levels.iter().flat_map(|level| level.chunks(CHUNK * channels)) {
+            let bytes = encode(values, channels, encoding)?;
+            hash.update(&bytes);
+            for texel in bytes.chunks_exact(encoding.texel_bytes()) {
+                index += 1;
+                let value = mixed(index, texel);
+                sums = [(sums[0] + value) % P, (sums[1] + times(index, value)) % P];
+            }
+        }
+        let sha256 = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
+        Ok(Fingerprint { sha256, sums })
+    }
+
+    /// Puts it into a file's meta.
+    pub fn state(&self, meta: &mut Meta) {
+        meta.set(SHA256, &self.sha256);
+        meta.set(SUMS, format!("{:016x} {:016x}", self.sums[0], self.sums[1]));
+    }
+
+    /// What a file's meta states; `None` where it states nothing, an error where that is no fingerprint.
+    pub fn stated(meta: &Meta) -> Result<Option<Fingerprint>> {
+        let (Some(sha256), Some(sums)) = (meta.get(SHA256), meta.get(SUMS)) else {
+            return match meta.get(SHA256).or(meta.get(SUMS)) {
+                None => Ok(None),
+                Some(_) => {
+                    Err(Error::usage(format!("the file states only one of {SHA256} and {SUMS}"), "bake it again"))
+                }
+            };
+        };
+        let number = |text: &str| u64::from_str_radix(text, 16).ok().filter(|n| *n < P);
+        match sums.split_once(' ').map(|(a, b)| (number(a), number(b))) {
+            Some((Some(a), Some(b))) => Ok(Some(Fingerprint { sha256: sha256.into(), sums: [a, b] })),
+            _ => Err(Error::usage(format!("the file's {SUMS} is '{sums}', not two numbers"), "bake it again")),
+        }
+    }
+
+    /// What changed since `stated` was taken, of `texels` texels; `None` where nothing did.
+    pub fn changed_since(&self, stated: &Fingerprint, texels: u64) -> Option<Changed> {
+        if self == stated {
+            return None;
+        }
+        let [moved, moved_by_index] = [0, 1].map(|i| (self.sums[i] + P - stated.sums[i]) % P);
+        // 0 has no inverse: its power is 0, and no index.
+        let index = times(moved_by_index, power(moved, P - 2));
+        Some(if (1..=texels).contains(&index) { Changed::One(index - 1) } else { Changed::Several })
+    }
+}
+
+/// A number below [`P`] that looks drawn at random for every index and texel (of at most 16 bytes, filled up with zeros).
+fn mixed(index: u64, texel: &[u8]) -> u64 {
+    // The finaliser of SplitMix64 (Steele et al. 2014), a bijection.
+    let mix = |z: u64| {
+        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    };
+    let mut padded = [0; 16];
+    padded[..texel.len()].copy_from_slice(texel);
+    let halves = padded.as_chunks::<8>().0;
+    halves.iter().fold(mix(index), |state, half| mix(state ^ u64::from_le_bytes(*half))) % P
+}
+
+/// a · b modulo [`P`].
+fn times(a: u64, b: u64) -> u64 {
+    (u128::from(a) * u128::from(b) % u128::from(P)) as u64
+}
+
+/// base^exponent modulo [`P`]; with the exponent P − 2 the inverse (Fermat).
+fn power(base: u64, mut exponent: u64) -> u64 {
+    let (mut result, mut square) = (1, base);
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            result = times(result, square);
+        }
+        square = times(square, square);
+        exponent >>= 1;
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::texture::Shape;
+
+    fn texture() -> Texture {
+        let levels = vec![(0..2 * 30_000).map(|i| (i as f32).sin()).collect()];
+        let channels = ["a", "b"].map(String::from).to_vec();
+        Texture { shape: Shape::Table, width: 300, height: 100, channels, levels, meta: Meta::default() }
+    }
+
+    fn next_up(value: &mut f32, ulps: u32) {
+        *value = f32::from_bits(value.to_bits() + ulps);
+    }
+
+    #[test]
+    fn sha256_is_that_of_the_stored_bytes() {
+        let channels = vec!["a".to_string()];
+        let (width, height, meta) = (1, 1, Meta::default());
+        let one = Texture { shape: Shape::Table, width, height, channels, levels: vec![vec![1.0]], meta };
+        let found = Fingerprint::of(&one, Encoding::parse("r16f").unwrap()).unwrap();
+        // `printf '\000\074' | sha256sum`
+        assert_eq!(found.sha256, "505114fe537172ea35e17ca1a7516edac516a89b31f983f7c6387d5d2bb462aa");
+        assert_eq!(found.sums, [mixed(1, &[0x00, 0x3c]); 2]);
+    }
+
+    #[test]
+    fn one_changed_texel_is_named_and_two_are_not() {
+        for name in ["rg32f", "rgba32f"] {
+            let encoding = Encoding::parse(name).unwrap();
+            let stated = Fingerprint::of(&texture(), encoding).unwrap();
+            let changed = |edit: &dyn Fn(&mut Vec<f32>)| {
+                let mut texture = texture();
+                edit(&mut texture.levels[0]);
+                Fingerprint::of(&texture, encoding).unwrap().changed_since(&stated, 30_000)
+            };
+            assert_eq!(changed(&|_| ()), None);
+            for texel in [0, 1, 16_383, 16_384, 29_999] {
+                let one = changed(&|level| next_up(&mut level[2 * texel + 1], 1));
+                assert_eq!(one, Some(Changed::One(texel as u64)), "{name}, texel {texel}");
+            }
+            let two = changed(&|level| [100, 300].iter().for_each(|i| next_up(&mut level[*i], 2)));
+            assert_eq!(two, Some(Changed::Several));
+            let alike = changed(&|level| level[..400].fill(0.5));
+            assert_eq!(alike, Some(Changed::Several));
+            assert_eq!(changed(&|level| level.rotate_right(2 * 300)), Some(Changed::Several), "rows shifted by one");
+            assert_eq!(changed(&|level| level.swap(40, 42)), Some(Changed::Several), "sums that differ in one only");
+        }
+    }
+
+    #[test]
+    fn what_is_stated_comes_back_or_is_refused() {
+        let found = Fingerprint::of(&texture(), Encoding::parse("rg16f").unwrap()).unwrap();
+        let mut meta = Meta::default();
+        assert_eq!(Fingerprint::stated(&meta).unwrap(), None);
+        found.state(&mut meta);
+        assert_eq!(Fingerprint::stated(&meta).unwrap(), Some(found));
+        meta.set(SUMS, "12 x");
+        assert!(Fingerprint::stated(&meta).unwrap_err().to_string().contains("not two numbers"));
+    }
+}

@@ -1,0 +1,2 @@
+if (picture.kind === "table") tablePage();
+else environmentPage();
