@@ -433,7 +433,7 @@ fn unwritable_folder_is_refused() {
 #[test]
 fn help_of_each_command_ends_with_two_examples() {
     let folder = TempDir::new().unwrap();
-    for command in ["bake", "env", "verify", "info", "devices", "list", "materials", "completions"] {
+    for command in ["bake", "env", "verify", "identify", "info", "devices", "list", "materials", "completions"] {
         let help =
             text(&Command::new(env!("CARGO_BIN_EXE_brdf-baker")).args([command, "--help"]).output().unwrap().stdout);
         let examples = help.split("Examples:").nth(1).unwrap_or_else(|| panic!("{command} --help has no examples"));

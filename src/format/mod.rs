@@ -13,6 +13,7 @@ mod exr;
 mod hdr;
 mod ktx2;
 mod output;
+pub mod picture;
 mod png;
 mod sh;
 

@@ -3,6 +3,7 @@
 pub mod cube;
 pub mod cube_truth;
 pub mod environment;
+pub mod identify;
 pub mod seams;
 pub mod table;
 pub mod truth;

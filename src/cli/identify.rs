@@ -1,0 +1,118 @@
+//! `brdf-baker identify`
+
+use std::path::PathBuf;
+
+use brdf_baker::format::Encoding;
+use brdf_baker::format::picture::Picture;
+use brdf_baker::verify::identify::{Difference, Fit, Report, Verdict, identify};
+use brdf_baker::{Error, Result};
+use serde_json::{Map, Value, json};
+
+use super::bake::parse_size;
+use super::console::Console;
+
+#[derive(clap::Args)]
+pub struct IdentifyArgs {
+    /// A table that anyone made: .ktx2 .dds .exr .hdr .png, or bare texels
+    file: PathBuf,
+    /// Texels of a file of bare texels: 64, or 128x32 for width x height
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size, requires = "encoding")]
+    size: Option<(u32, u32)>,
+    /// How bare texels are stored; `brdf-baker list encodings` shows the names
+    #[arg(long, value_name = "NAME", requires = "size")]
+    encoding: Option<String>,
+}
+
+impl IdentifyArgs {
+    pub fn run(self, console: &mut Console) -> Result<()> {
+        let encoding = self.encoding.as_deref().map(Encoding::parse).transpose()?;
+        let picture = match (self.size, encoding) {
+            (Some(size), Some(encoding)) => Picture::read_raw(&self.file, size, encoding)?,
+            _ => Picture::read(&self.file)?,
+        };
+        let report = identify(&picture, &mut |p| console.progress(p))?;
+        let path = self.file.display().to_string();
+        console.result(&text(&path, &picture, &report), &value(&path, &picture, &report))?;
+        match report.verdict {
+            Verdict::None => Err(Error::Verify { what: format!("'{path}' is no table that is known") }),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Certain => "certain",
+        Verdict::Likely => "likely",
+        Verdict::None => "none",
+    }
+}
+
+fn text(path: &str, picture: &Picture, report: &Report) -> String {
+    let mut text =
+        format!("{path}  {}x{} {}: {}", picture.width, picture.height, picture.stored, verdict(report.verdict));
+    if report.fits.is_empty() {
+        text.push_str("\n  every texel is the same");
+    }
+    for (i, fit) in report.fits.iter().enumerate() {
+        let nearest = if report.verdict == Verdict::None { "nearest, does not fit: " } else { "" };
+        text.push_str(&format!("\n  {}  {nearest}max error {:.1e}, rms {:.1e}", i + 1, fit.max, fit.rms));
+        if fit.is_exact {
+            text.push_str(", within a step of the encoding");
+        }
+        for (name, words) in fit.words() {
+            text.push_str(&format!("\n     {name:12} {words}"));
+        }
+    }
+    if let Some(difference) = &report.difference {
+        text.push_str(&difference_text(difference));
+    }
+    if let Some(first) = report.fits.first() {
+        let kind = match (first.is_exact, report.verdict) {
+            (true, _) => "rounding",
+            (false, Verdict::None) => "a wrong convention",
+            (false, _) if report.noisiness >= 0.3 => "noise, as Monte Carlo integration leaves it",
+            (false, _) => "a smooth difference, which noise does not explain",
+        };
+        text.push_str(&format!("\n  what is left of 1 is {kind} ({:.0} % between neighbours)", 100.0 * report.noisiness));
+    }
+    text
+}
+
+fn difference_text(difference: &Difference) -> String {
+    let facts: Vec<String> = difference.facts.iter().map(|(name, a, b)| format!("{name} {a}, not {b}")).collect();
+    let [x, y] = difference.texel;
+    format!(
+        "\n  1 differs from 2 by: {}\n  most at texel ({x}, {y}): {} is {:.5}, 1 says {:.5}, 2 says {:.5}",
+        facts.join("; "),
+        difference.component,
+        difference.found,
+        difference.best,
+        difference.runner_up
+    )
+}
+
+fn value(path: &str, picture: &Picture, report: &Report) -> Value {
+    let fit = |fit: &Fit| {
+        let mut map = Map::new();
+        for (name, words) in fit.words() {
+            map.insert(name.into(), json!(words));
+        }
+        map.insert("max_error".into(), json!(fit.max));
+        map.insert("rms_error".into(), json!(fit.rms));
+        map.insert("worst_texel".into(), json!(fit.worst_texel));
+        map.insert("exact".into(), json!(fit.is_exact));
+        Value::Object(map)
+    };
+    json!({
+        "path": path,
+        "width": picture.width,
+        "height": picture.height,
+        "stored": picture.stored,
+        "verdict": report.verdict,
+        "fits": report.fits.iter().map(fit).collect::<Vec<_>>(),
+        "difference": report.difference,
+        "noisiness": report.noisiness,
+        "texels": report.texels,
+    })
+}
