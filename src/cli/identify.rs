@@ -51,6 +51,9 @@ fn verdict(verdict: Verdict) -> &'static str {
 fn text(path: &str, picture: &Picture, report: &Report) -> String {
     let mut text =
         format!("{path}  {}x{} {}: {}", picture.width, picture.height, picture.stored, verdict(report.verdict));
+    if report.verdict == Verdict::Likely && !report.open.is_empty() {
+        text.push_str(&format!(", open: {}", report.open.join(", ")));
+    }
     if report.fits.is_empty() {
         text.push_str("\n  every texel is the same");
     }
@@ -74,7 +77,10 @@ fn text(path: &str, picture: &Picture, report: &Report) -> String {
             (false, _) if report.noisiness >= 0.3 => "noise, as Monte Carlo integration leaves it",
             (false, _) => "a smooth difference, which noise does not explain",
         };
-        text.push_str(&format!("\n  what is left of 1 is {kind} ({:.0} % between neighbours)", 100.0 * report.noisiness));
+        text.push_str(&format!(
+            "\n  what is left of 1 is {kind} ({:.0} % between neighbours)",
+            100.0 * report.noisiness
+        ));
     }
     text
 }
@@ -111,6 +117,7 @@ fn value(path: &str, picture: &Picture, report: &Report) -> Value {
         "stored": picture.stored,
         "verdict": report.verdict,
         "fits": report.fits.iter().map(fit).collect::<Vec<_>>(),
+        "open": report.open,
         "difference": report.difference,
         "noisiness": report.noisiness,
         "texels": report.texels,

@@ -50,9 +50,7 @@ impl Precision {
     pub fn half_step(self, value: f64, largest: f64) -> f64 {
         let exponent = |v: f64| v.abs().max(f64::MIN_POSITIVE).log2().floor() as i32;
         match self {
-            Precision::Float { bits, least_exponent } => {
-                f64::from(exponent(value).max(least_exponent) - bits).exp2()
-            }
+            Precision::Float { bits, least_exponent } => f64::from(exponent(value).max(least_exponent) - bits).exp2(),
             Precision::Integer(steps) => 0.5 / f64::from(steps),
             Precision::Shared(bits) => f64::from(exponent(largest) - bits).exp2(),
             // Ends of 5 or 6 bits, and two steps between them.
@@ -406,8 +404,7 @@ fn dds(path: &Path, bytes: &[u8]) -> Result<Picture> {
     let dds = Dds::read(bytes).map_err(|e| unsound(&e))?;
     let (width, height) = (dds.header.width, dds.header.height);
     let cube = dds.header.caps2.contains(Caps2::CUBEMAP);
-    let layers =
-        dds.header10.as_ref().is_some_and(|h| h.array_size > 1 || h.misc_flag.contains(MiscFlag::TEXTURECUBE));
+    let layers = dds.header10.as_ref().is_some_and(|h| h.array_size > 1 || h.misc_flag.contains(MiscFlag::TEXTURECUBE));
     if cube || layers || dds.header.depth.unwrap_or(1) > 1 {
         return Err(Error::input(path, "it is not a plain 2-D texture", "only tables of two dimensions are known"));
     }
@@ -418,7 +415,8 @@ fn dds(path: &Path, bytes: &[u8]) -> Result<Picture> {
         return Err(Error::input(path, format!("its format is {name}, which is not read here"), CONVERT));
     };
     let wanted = packing.bytes(width, height);
-    let level = dds.data.get(..wanted).ok_or_else(|| unsound(&format!("it has fewer than {wanted} bytes of texels")))?;
+    let level =
+        dds.data.get(..wanted).ok_or_else(|| unsound(&format!("it has fewer than {wanted} bytes of texels")))?;
     let values = packing.decode(width, height, level).map_err(|e| unsound(&e))?;
     Ok(Picture { width, height, components: packing.components(), stored: name, values })
 }

@@ -154,12 +154,7 @@ impl Layout {
 /// centers and edges.
 pub fn placements() -> Vec<[(Points, i32); 2]> {
     use Points::{Centers, Edges, Ends, Starts};
-    let mut all = vec![
-        [(Starts, 0); 2],
-        [(Ends, 0); 2],
-        [(Centers, 0), (Edges, 0)],
-        [(Edges, 0), (Centers, 0)],
-    ];
+    let mut all = vec![[(Starts, 0); 2], [(Ends, 0); 2], [(Centers, 0), (Edges, 0)], [(Edges, 0), (Centers, 0)]];
     for points in [Centers, Edges] {
         for (x, y) in [(0, 0), (0, 1), (0, -1), (1, 0), (-1, 0)] {
             all.push([(points, x), (points, y)]);

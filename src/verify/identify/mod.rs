@@ -2,12 +2,14 @@
 //! geometry term, channels, axes and their warps, transposed and flipped tables, positions in a texel, rows shifted by
 //! one, encodings.
 //!
-//! Published tables come from Monte Carlo integration, with errors up to 2e-2, so a fit is judged by what is left of it.
-//! Rounding explains errors up to a step of the encoding. Noise has no direction: it changes from texel to texel, while
-//! the difference of a wrong convention is smooth. And the runner-up must be clearly worse. Only then is an answer
-//! *certain*; an answer that stands alone but leaves a smooth rest is *likely*.
+//! Published tables come from Monte Carlo integration, with errors up to 2e-2, so a fit is judged by what is left of it,
+//! against the runner-up. Rounding explains errors up to a step of the encoding. Noise changes from texel to texel, while
+//! the difference of a wrong convention is smooth; but integrators that use one sequence of samples for all texels leave a
+//! smooth rest too. There the nearest other conventions are the measure: those next to a wrong answer explain a file about
+//! as well as it does, those next to the right one much worse. Only an answer that is clearly better than the runner-up is
+//! *certain*; otherwise it is *likely*, and the facts that are open are named.
 //!
-//! Not tried: distributions with free parameters, anisotropy, exact Fresnel terms.
+//! Not tried: distributions with free parameters, anisotropy, exact Fresnel terms, tables of one dimension.
 
 mod content;
 mod layout;
@@ -24,8 +26,7 @@ pub use search::Hypothesis;
 use content::Samples;
 use search::{Compared, Match, compare, search};
 
-use crate::bake::Model;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::format::picture::{Picture, Value};
 use crate::progress::OnProgress;
 
@@ -38,10 +39,16 @@ const FITS_MAX: f64 = 8e-2;
 /// The runner-up is clearly worse when its root mean square is larger by this factor: where rounding explains the best
 /// one.
 const CLEAR_OF_ROUNDING: f64 = 1.2;
-/// Where noise does: its errors are alike at neighbouring texels, so more is asked for.
+/// Where noise does that changes from texel to texel.
 const CLEAR_OF_NOISE: f64 = 1.5;
+/// Where something smooth is left. The published tables of Bevy and three.js have 4.1 and 4.2.
+const CLEAR_OF_BIAS: f64 = 3.0;
+/// Root mean square beyond which nothing is certain: twice that of a table of 16 texels with 4096 samples.
+const CERTAIN_RMS: f64 = 3e-3;
 /// Share of an error's variation that is between neighbouring texels, from which on it is noise.
 const NOISY: f64 = 0.3;
+/// Texels a side from which on a picture can tell something.
+const LEAST_SIZE: u32 = 4;
 /// Hypotheses that are reported.
 const REPORTED: usize = 3;
 
@@ -90,6 +97,9 @@ impl Component {
     }
 }
 
+/// Facts: name and words.
+pub type Words = Vec<(&'static str, String)>;
+
 /// A hypothesis and how well it explains the file.
 pub struct Fit {
     /// The hypothesis.
@@ -107,8 +117,13 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Which components the model explains.
+    fn explained(&self) -> Vec<bool> {
+        self.components.iter().map(|c| matches!(c.content, Content::Of(_))).collect()
+    }
+
     /// In words, one part a fact.
-    pub fn words(&self) -> Vec<(&'static str, String)> {
+    pub fn words(&self) -> Words {
         let Hypothesis { model, layout, transfer } = &self.hypothesis;
         let list = self.components.iter().map(Component::words).collect::<Vec<_>>();
         let mut words = vec![
@@ -151,6 +166,8 @@ pub struct Report {
     pub verdict: Verdict,
     /// The best fits, best first; also where none is good enough. Empty for a picture that is the same everywhere.
     pub fits: Vec<Fit>,
+    /// Names of the facts on which fits that are not clearly worse disagree with the first.
+    pub open: Vec<&'static str>,
     /// What tells the first two apart.
     pub difference: Option<Difference>,
     /// Share of the first fit's error that changes from texel to texel: near 1 for noise, near 0 for a wrong convention.
@@ -159,55 +176,68 @@ pub struct Report {
     pub texels: usize,
 }
 
-/// Finds the conventions that explain a picture.
+/// Finds the conventions that explain a picture of at least 4 × 4 texels.
 pub fn identify(picture: &Picture, on: &mut OnProgress<'_>) -> Result<Report> {
+    if picture.width.min(picture.height) < LEAST_SIZE {
+        return Err(Error::usage(
+            format!("a picture of {}x{} texels is too small to identify", picture.width, picture.height),
+            format!("give a table of two dimensions with at least {LEAST_SIZE} texels a side"),
+        ));
+    }
     let transfers: Vec<Transfer> = Transfer::ALL.into_iter().filter(|t| t.fits(picture)).collect();
     let constants: Vec<Vec<Option<f64>>> =
         transfers.iter().map(|t| constants(&Samples::take(picture, *t, 64))).collect();
-    let of = |transfer: Transfer| {
-        &constants[transfers.iter().position(|t| *t == transfer).expect("it is one of them")]
-    };
-    let models = models::candidates();
-    let found = search(picture, &models, &transfers, &|transfer, c| of(transfer)[c].is_some(), on)?;
+    let of = |transfer: Transfer| &constants[transfers.iter().position(|t| *t == transfer).expect("it is one of them")];
+    let found = search(picture, &transfers, &|transfer, c| of(transfer)[c].is_some(), on)?;
     let (Some(best), false) = (found.first(), constants[0].iter().all(Option::is_some)) else {
-        return Ok(Report { verdict: Verdict::None, fits: vec![], difference: None, noisiness: 0.0, texels: 0 });
+        let (fits, open) = (vec![], vec![]);
+        return Ok(Report { verdict: Verdict::None, fits, open, difference: None, noisiness: 0.0, texels: 0 });
     };
 
-    let samples: Vec<Samples> = found
-        .iter()
-        .map(|c| Samples::take(picture, c.hypothesis.transfer, search::LAST_GRID))
-        .collect();
-    let mut fits: Vec<Fit> = found
-        .iter()
-        .zip(&samples)
-        .map(|(compared, samples)| fit(picture, compared, samples, of(compared.hypothesis.transfer)))
-        .collect();
-    // A component that the model does not explain may be another's.
-    let unknown = fits[0].components.iter().any(|c| c.content == Content::Unknown);
-    if unknown && fits[0].rms <= FITS_RMS {
-        explain_others(&mut fits[0], &samples[0], &models);
+    let samples: Vec<Samples> =
+        found.iter().map(|c| Samples::take(picture, c.hypothesis.transfer, search::LAST_GRID)).collect();
+    let mut fits: Vec<Fit> = vec![];
+    for (compared, samples) in found.iter().zip(&samples) {
+        // All are measured by the components that the first one explains.
+        let explained = fits.first().map(|first| first.explained());
+        fits.push(fit(picture, compared, samples, of(compared.hypothesis.transfer), explained));
     }
-
-    let best_fit = &fits[0];
-    let fits_at_all = best_fit.rms <= FITS_RMS && best_fit.max <= FITS_MAX;
-    let noisiness = noisiness(best, &samples[0], best_fit);
-    let clear = fits.get(1).is_none_or(|second| {
-        let ratio = second.rms / best_fit.rms.max(f64::MIN_POSITIVE);
-        match (best_fit.is_exact, second.is_exact) {
+    let noisiness = noisiness(best, &samples[0], &fits[0]);
+    let verdict_on = |second: &Fit| {
+        let best = &fits[0];
+        let ratio = second.rms / best.rms.max(f64::MIN_POSITIVE);
+        match (best.is_exact, second.is_exact) {
             (true, false) => ratio >= 1.0,
             (true, true) => ratio >= CLEAR_OF_ROUNDING,
-            (false, _) => ratio >= CLEAR_OF_NOISE && noisiness >= NOISY,
+            (false, _) if noisiness >= NOISY => ratio >= CLEAR_OF_NOISE,
+            (false, _) => ratio >= CLEAR_OF_BIAS,
         }
-    });
-    let verdict = match (fits_at_all, clear) {
-        (false, _) => Verdict::None,
-        (true, true) => Verdict::Certain,
-        (true, false) => Verdict::Likely,
+    };
+    let near: Vec<&Fit> = fits[1..].iter().filter(|second| !verdict_on(second)).collect();
+    let first = fits[0].words();
+    let mut open: Vec<&'static str> = vec![];
+    for name in near.iter().flat_map(|other| differing(&first, &other.words())).map(|(name, ..)| name) {
+        if !open.contains(&name) {
+            open.push(name);
+        }
+    }
+    let verdict = if !(fits[0].rms <= FITS_RMS && fits[0].max <= FITS_MAX) {
+        Verdict::None
+    } else if near.is_empty() && fits[0].rms <= CERTAIN_RMS {
+        Verdict::Certain
+    } else {
+        Verdict::Likely
     };
     let difference = (found.len() > 1).then(|| difference(&fits, &found, &samples));
+
+    // A component that the model does not explain may be another's.
+    let unknown = fits[0].components.iter().any(|c| c.content == Content::Unknown);
+    if unknown && verdict != Verdict::None {
+        explain_others(&mut fits[0], &samples[0]);
+    }
     let texels = samples[0].texels.len();
     fits.truncate(REPORTED);
-    Ok(Report { verdict, fits, difference, noisiness, texels })
+    Ok(Report { verdict, fits, open, difference, noisiness, texels })
 }
 
 /// The number of each component that is the same everywhere, within a step.
@@ -220,27 +250,30 @@ fn constants(samples: &Samples) -> Vec<Option<f64>> {
     samples.values.iter().map(one).collect()
 }
 
-/// Errors over the components that the model explains; all of them where it explains none.
-fn fit(picture: &Picture, compared: &Compared, samples: &Samples, constants: &[Option<f64>]) -> Fit {
+/// Errors over the components that are `explained`: by default those that the model explains, or all where it explains
+/// none.
+fn fit(
+    picture: &Picture,
+    compared: &Compared,
+    samples: &Samples,
+    constants: &[Option<f64>],
+    explained: Option<Vec<bool>>,
+) -> Fit {
     let names = compared.hypothesis.transfer.names(picture);
-    let explains = |m: &Match| m.mean_square.sqrt() <= FITS_RMS;
-    let any = compared.matches.iter().zip(constants).any(|(m, constant)| constant.is_none() && explains(m));
-    let content = |(m, constant): (&Match, &Option<f64>)| match constant {
+    let own: Vec<bool> = compared.matches.iter().map(|m| m.mean_square.sqrt() <= FITS_RMS).collect();
+    let any = own.iter().zip(constants).any(|(own, constant)| constant.is_none() && *own);
+    // Another encoding may have another number of components.
+    let explained = explained.filter(|e| e.len() == own.len()).unwrap_or(if any { own } else { vec![true; own.len()] });
+    let content = |((m, constant), explained): ((&Match, &Option<f64>), &bool)| match constant {
         Some(value) => Content::Constant(*value),
-        None if explains(m) || !any => Content::Of(m.quantity),
+        None if *explained => Content::Of(m.quantity),
         None => Content::Unknown,
     };
-    let contents = compared.matches.iter().zip(constants).map(content);
+    let contents = compared.matches.iter().zip(constants).zip(&explained).map(content);
     let components: Vec<Component> =
         names.into_iter().zip(contents).map(|(name, content)| Component { name, content }).collect();
-    let mut fit = Fit {
-        hypothesis: compared.hypothesis,
-        components,
-        max: 0.0,
-        worst_texel: [0; 2],
-        rms: 0.0,
-        is_exact: true,
-    };
+    let mut fit =
+        Fit { hypothesis: compared.hypothesis, components, max: 0.0, worst_texel: [0; 2], rms: 0.0, is_exact: true };
     let (mut sum, mut n) = (0.0, 0.0);
     for residual in residuals(compared, samples, &fit) {
         sum += residual.error * residual.error;
@@ -315,7 +348,7 @@ fn noisiness(compared: &Compared, samples: &Samples, fit: &Fit) -> f64 {
 }
 
 /// Looks for another model behind each component that the fit's own does not explain.
-fn explain_others(fit: &mut Fit, samples: &Samples, models: &[Model]) {
+fn explain_others(fit: &mut Fit, samples: &Samples) {
     let coarse: Vec<usize> = (0..samples.texels.len()).step_by(7).collect();
     let some = Samples {
         texels: coarse.iter().map(|i| samples.texels[*i]).collect(),
@@ -324,9 +357,9 @@ fn explain_others(fit: &mut Fit, samples: &Samples, models: &[Model]) {
         values: samples.values.iter().map(|v| coarse.iter().map(|i| v[*i]).collect()).collect(),
     };
     let hypothesis = fit.hypothesis;
-    let all: Vec<Compared> = models
+    let all: Vec<Compared> = search::MODELS
         .par_iter()
-        .map(|model| compare(&Hypothesis { model: *model, ..hypothesis }, &some, &[]))
+        .map(|(model, _)| compare(&Hypothesis { model: *model, ..hypothesis }, &some, &[]))
         .collect();
     for (c, component) in fit.components.iter_mut().enumerate() {
         if component.content != Content::Unknown {
@@ -341,20 +374,20 @@ fn explain_others(fit: &mut Fit, samples: &Samples, models: &[Model]) {
     }
 }
 
-/// Facts and the texel that tell the first two fits apart.
-fn difference(fits: &[Fit], found: &[Compared], samples: &[Samples]) -> Difference {
-    let (first, second) = (fits[0].words(), fits[1].words());
-    let value = |words: &[(&'static str, String)], name: &str| {
+/// Facts that differ: name, of the first, of the second.
+fn differing(first: &Words, second: &Words) -> Vec<(&'static str, String, String)> {
+    let value = |words: &Words, name: &str| {
         words.iter().find(|(n, _)| *n == name).map_or("none".to_string(), |(_, v)| v.clone())
     };
-    let mut names: Vec<&'static str> = first.iter().chain(&second).map(|(name, _)| *name).collect();
-    let mut seen = vec![];
-    names.retain(|name| !seen.contains(name) && { seen.push(*name); true });
-    let facts: Vec<_> = names
-        .into_iter()
-        .map(|name| (name, value(&first, name), value(&second, name)))
-        .filter(|(_, a, b)| a != b)
-        .collect();
+    let mut names: Vec<&'static str> = first.iter().map(|(name, _)| *name).collect();
+    names.extend(second.iter().map(|(name, _)| *name).filter(|name| !first.iter().any(|(n, _)| n == name)));
+    let facts = names.into_iter().map(|name| (name, value(first, name), value(second, name)));
+    facts.filter(|(_, a, b)| a != b).collect()
+}
+
+/// Facts and the texel that tell the first two fits apart.
+fn difference(fits: &[Fit], found: &[Compared], samples: &[Samples]) -> Difference {
+    let facts = differing(&fits[0].words(), &fits[1].words());
 
     // Where the two say the most different things of a number of the file.
     let says = |fit: usize, component: usize, texel: usize| -> Option<f64> {

@@ -1,11 +1,13 @@
 //! From all conventions to the few that fit: sketches of every model on a coarse grid of texels first, then the rule
 //! itself on finer and finer grids for those that are left.
 
+use std::sync::LazyLock;
+
 use rayon::prelude::*;
 
 use super::content::{Quantity, Samples, Transfer};
 use super::layout::{Layout, Points, Side, Warp, placements};
-use super::models::{Rough, Sketch, View, WEIGHTS, rule};
+use super::models::{Rough, Sketch, View, WEIGHTS, candidates, rule};
 use crate::bake::Model;
 use crate::error::Result;
 use crate::format::picture::Picture;
@@ -25,8 +27,10 @@ const SKETCHED: usize = 120;
 const SKETCHED_OF_MODEL: usize = 24;
 /// They may be this much worse than the best, as far as a sketch may be off.
 const SKETCH_ERROR: f64 = 8e-3;
-/// Models whose sketches are made between two looks at the cancel flag.
-const CHUNK: usize = 8;
+
+/// Every model with its sketch.
+pub static MODELS: LazyLock<Vec<(Model, Sketch)>> =
+    LazyLock::new(|| candidates().into_par_iter().map(|model| (model, Sketch::new(&model))).collect());
 
 /// A convention that may explain a picture.
 #[derive(Clone, Copy)]
@@ -67,10 +71,10 @@ fn quantities(model: &Model) -> &'static [Quantity] {
     if model.ndf.family.name == "charlie" { all } else { &all[..5] }
 }
 
-/// Hypotheses from the best to the worst of the last stage, on its grid.
+/// Hypotheses from the best to the worst of the last stage, on its grid. `constant` says which components are the same
+/// everywhere.
 pub fn search(
     picture: &Picture,
-    models: &[Model],
     transfers: &[Transfer],
     constant: &dyn Fn(Transfer, usize) -> bool,
     on: &mut OnProgress<'_>,
@@ -82,12 +86,9 @@ pub fn search(
     let grids: Vec<(Transfer, Samples, Vec<bool>)> =
         transfers.iter().map(|t| (*t, Samples::take(picture, *t, SKETCH_GRID), telling(*t))).collect();
     let sides = Sides::new(&grids[0].1);
-    let mut found: Vec<(f64, Hypothesis)> = vec![];
-    for (i, chunk) in models.chunks(CHUNK).enumerate() {
-        tick(on, "identify: sketches", (i * CHUNK) as f64 / models.len() as f64)?;
-        let lists: Vec<Vec<_>> = chunk.par_iter().map(|model| sketched(model, &sides, &grids)).collect();
-        found.extend(lists.into_iter().flatten());
-    }
+    tick(on, "identify: sketches", 0.0)?;
+    let lists: Vec<Vec<_>> = MODELS.par_iter().map(|(model, sketch)| sketched(model, sketch, &sides, &grids)).collect();
+    let mut found: Vec<(f64, Hypothesis)> = lists.into_iter().flatten().collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     let limit = found.first().map_or(0.0, |best| (3.0 * best.0.sqrt() + SKETCH_ERROR).powi(2));
     found.truncate(SKETCHED.min(found.partition_point(|(score, _)| *score <= limit)));
@@ -208,10 +209,10 @@ fn every(warps: &[Warp]) -> Vec<Side> {
 /// The best hypotheses of one model by its sketch, with their scores.
 fn sketched(
     model: &Model,
+    sketch: &Sketch,
     sides: &Sides,
     grids: &[(Transfer, Samples, Vec<bool>)],
 ) -> Vec<(f64, Hypothesis)> {
-    let sketch = Sketch::new(model);
     let placements = placements();
     let mut found: Vec<(f64, Hypothesis)> = vec![];
     let mut expected = vec![None; grids[0].1.texels.len()];
@@ -232,8 +233,7 @@ fn sketched(
                 for (transfer, samples, telling) in grids {
                     let matches: Vec<Match> =
                         (0..samples.values.len()).map(|c| best(model, samples, c, &expected, 2.0 * CAP)).collect();
-                    let hypothesis =
-                        Hypothesis { model: *model, layout: Layout { x: *x, y: *y }, transfer: *transfer };
+                    let hypothesis = Hypothesis { model: *model, layout: Layout { x: *x, y: *y }, transfer: *transfer };
                     found.push((score(&matches, telling), hypothesis));
                 }
             }
