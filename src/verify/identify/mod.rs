@@ -221,7 +221,7 @@ pub fn identify(picture: &Picture, on: &mut OnProgress<'_>) -> Result<Report> {
             open.push(name);
         }
     }
-    let verdict = if !(fits[0].rms <= FITS_RMS && fits[0].max <= FITS_MAX) {
+    let mut verdict = if !(fits[0].rms <= FITS_RMS && fits[0].max <= FITS_MAX) {
         Verdict::None
     } else if near.is_empty() && fits[0].rms <= CERTAIN_RMS {
         Verdict::Certain
@@ -234,6 +234,10 @@ pub fn identify(picture: &Picture, on: &mut OnProgress<'_>) -> Result<Report> {
     let unknown = fits[0].components.iter().any(|c| c.content == Content::Unknown);
     if unknown && verdict != Verdict::None {
         explain_others(&mut fits[0], &samples[0]);
+        // Part of a table that is not even clear about that part.
+        if verdict == Verdict::Likely && fits[0].components.iter().any(|c| c.content == Content::Unknown) {
+            verdict = Verdict::None;
+        }
     }
     let texels = samples[0].texels.len();
     fits.truncate(REPORTED);

@@ -25,6 +25,8 @@ pub const LAST_GRID: u32 = 32;
 const SKETCHED: usize = 120;
 /// Of one model.
 const SKETCHED_OF_MODEL: usize = 24;
+/// Directions and warps of one model that go on to all positions in a texel, encodings counted apart.
+const PLACED_OF_MODEL: usize = 16;
 /// They may be this much worse than the best, as far as a sketch may be off.
 const SKETCH_ERROR: f64 = 8e-3;
 
@@ -207,24 +209,55 @@ fn every(warps: &[Warp]) -> Vec<Side> {
 }
 
 /// The best hypotheses of one model by its sketch, with their scores.
+///
+/// Directions and warps are told apart at centers first: a wrong position in the texel costs less than any of them.
 fn sketched(
     model: &Model,
     sketch: &Sketch,
     sides: &Sides,
     grids: &[(Transfer, Samples, Vec<bool>)],
 ) -> Vec<(f64, Hypothesis)> {
+    let centers = [(Points::Centers, 0); 2];
+    let mut rough = sketched_at(model, sketch, sides, grids, &|placement, _| *placement == centers);
+    rough.truncate(PLACED_OF_MODEL);
+    let directions: Vec<Directions> = rough.iter().map(|(_, hypothesis)| directions(&hypothesis.layout)).collect();
     let placements = placements();
+    let mut found = sketched_at(model, sketch, sides, grids, &|placement, layout| {
+        placements.contains(placement) && directions.contains(&self::directions(layout))
+    });
+    found.truncate(SKETCHED_OF_MODEL);
+    found
+}
+
+/// A layout without positions in the texel.
+type Directions = [(Warp, bool); 2];
+
+fn directions(layout: &Layout) -> Directions {
+    [layout.x, layout.y].map(|side| (side.warp, side.reversed))
+}
+
+/// Every wanted hypothesis of one model by its sketch, best first.
+fn sketched_at(
+    model: &Model,
+    sketch: &Sketch,
+    sides: &Sides,
+    grids: &[(Transfer, Samples, Vec<bool>)],
+    wanted: &dyn Fn(&[(Points, i32); 2], &Layout) -> bool,
+) -> Vec<(f64, Hypothesis)> {
     let mut found: Vec<(f64, Hypothesis)> = vec![];
     let mut expected = vec![None; grids[0].1.texels.len()];
     for transposed in [false, true] {
         let (view_axis, rough_axis) = if transposed { (1, 0) } else { (0, 1) };
         for (view, views) in &sides.view[view_axis] {
-            let columns: Vec<_> = views.iter().map(|v| v.as_ref().map(|v| sketch.column(v))).collect();
+            let mut columns = None;
             for (rough, roughnesses) in &sides.rough[rough_axis] {
-                let (x, y) = if transposed { (rough, view) } else { (view, rough) };
-                if !placements.contains(&[(x.points, x.shift), (y.points, y.shift)]) {
+                let (x, y) = if transposed { (*rough, *view) } else { (*view, *rough) };
+                let layout = Layout { x, y };
+                if !wanted(&[(x.points, x.shift), (y.points, y.shift)], &layout) {
                     continue;
                 }
+                let columns: &Vec<_> =
+                    columns.get_or_insert_with(|| views.iter().map(|v| v.as_ref().map(|v| sketch.column(v))).collect());
                 for (i, to) in expected.iter_mut().enumerate() {
                     let (column, row) = (i % sides.columns, i / sides.columns);
                     let (v, r) = if transposed { (row, column) } else { (column, row) };
@@ -233,13 +266,12 @@ fn sketched(
                 for (transfer, samples, telling) in grids {
                     let matches: Vec<Match> =
                         (0..samples.values.len()).map(|c| best(model, samples, c, &expected, 2.0 * CAP)).collect();
-                    let hypothesis = Hypothesis { model: *model, layout: Layout { x: *x, y: *y }, transfer: *transfer };
+                    let hypothesis = Hypothesis { model: *model, layout, transfer: *transfer };
                     found.push((score(&matches, telling), hypothesis));
                 }
             }
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found.truncate(SKETCHED_OF_MODEL);
     found
 }
