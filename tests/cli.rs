@@ -473,6 +473,66 @@ fn exact_fresnel_terms_are_baked_verified_and_described() {
 }
 
 #[test]
+fn foreign_tables_are_identified_and_verified() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let bake = ["bake", "split-sum", "-o", "a.png", "--size", "48x32", "--encoding", "rgb8unorm", "--flip-v"];
+    succeeds(here, &[&bake as &[&str], &["--visibility", "schlick-ggx"]].concat());
+    // Without its texts it says nothing, and has an alpha channel as pictures have.
+    image::open(here.join("a.png")).unwrap().to_rgba8().save(here.join("b.png")).unwrap();
+    let line = succeeds(here, &["identify", "b.png"]);
+    for words in
+        ["b.png  48x32", "certain", "R = scale, G = bias", "roughness descending", "schlick-ggx", "1 differs from 2"]
+    {
+        assert!(line.contains(words), "'{words}' is not in: {line}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&succeeds(here, &["identify", "b.png", "--json"])).unwrap();
+    assert_eq!((&json["verdict"], &json["fits"][0]["geometry"]), (&"certain".into(), &"schlick-ggx".into()));
+    assert!(json["fits"][0]["max_error"].as_f64().unwrap() <= 0.5 / 255.0 + 1e-6);
+
+    // Verified as what it is found to be, and as what it is said to be.
+    assert!(succeeds(here, &["verify", "b.png"]).contains("identified, certain): right"));
+    let said = ["verify", "b.png", "--ndf", "ggx", "--visibility", "schlick-ggx", "--flip-v"];
+    assert!(succeeds(here, &said).contains("stated): right"));
+    for (extra, code) in [
+        (vec!["--max-error", "0.002"], 0),
+        (vec!["--max-error", "0.0001"], 1),
+        (vec!["--ndf", "ggx", "--visibility", "smith", "--flip-v"], 1),
+        (vec!["--ndf", "ggx", "--visibility", "schlick-ggx"], 1),
+    ] {
+        let output = run(here, &[vec!["verify", "b.png"], extra.clone()].concat());
+        assert_eq!(output.status.code(), Some(code), "{extra:?}: {}", text(&output.stderr));
+    }
+
+    // Bare texels, rows from the top.
+    let texels: Vec<u8> = image::open(here.join("a.png")).unwrap().to_rgb8().into_raw();
+    std::fs::write(here.join("c.bin"), &texels).unwrap();
+    let raw = ["identify", "c.bin", "--size", "48x32", "--encoding", "rgb8unorm"];
+    assert!(succeeds(here, &raw).contains("schlick-ggx"));
+
+    // What is no table ends with 1, what cannot be read with 2.
+    image::RgbImage::from_fn(32, 32, |x, y| image::Rgb([(x * 8) as u8, (y * 8) as u8, 90]))
+        .save(here.join("d.png"))
+        .unwrap();
+    for command in ["identify", "verify"] {
+        let output = run(here, &[command, "d.png"]);
+        assert_eq!(output.status.code(), Some(1), "{command}: {}", text(&output.stderr));
+    }
+    assert!(text(&run(here, &["identify", "d.png"]).stdout).contains("none"));
+    image::RgbImage::from_pixel(3, 3, image::Rgb([1, 2, 3])).save(here.join("e.png")).unwrap();
+    fails(here, &["identify", "e.png"], &["3x3", "at least 4"]);
+    fails(here, &["identify", "c.bin"], &["c.bin", "--size WxH --encoding"]);
+    fails(here, &["identify", "c.bin", "--size", "48"], &["--encoding"]);
+    fails(here, &["identify", "c.bin", "--size", "40", "--encoding", "rgb8unorm"], &["4608 bytes", "4800"]);
+    fails(here, &["identify", "missing.png"], &["missing.png"]);
+    fails(here, &["verify", "b.png", "--ndf", "ggx", "--visibility", "smiht"], &["smiht", "smith"]);
+    fails(here, &["verify", "a.png", "--ndf", "ggx", "--visibility", "smith"], &["a.png", "says itself", "--ndf"]);
+    fails(here, &["verify", "a.png", "--max-error", "1"], &["a.png", "--max-error"]);
+    std::fs::write(here.join("cut.png"), &std::fs::read(here.join("b.png")).unwrap()[..900]).unwrap();
+    fails(here, &["identify", "cut.png"], &["cut.png", "PNG"]);
+}
+
+#[test]
 fn lists_come_from_the_registries() {
     let folder = TempDir::new().unwrap();
     let all = succeeds(folder.path(), &["list"]);

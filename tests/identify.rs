@@ -6,10 +6,11 @@ use std::path::Path;
 use brdf_baker::axis::Points;
 use brdf_baker::bake::{At, Backend, Model, TableRequest};
 use brdf_baker::format::picture::{Component, Picture, Precision};
-use brdf_baker::format::{Encoding, for_path};
+use brdf_baker::format::{Encoding, for_path, formats};
 use brdf_baker::progress::ignore;
 use brdf_baker::verify::identify::{Report, Verdict, identify};
 use half::f16;
+use image_dds::ddsfile::{AlphaMode, D3D10ResourceDimension, Dds, DxgiFormat, NewDxgiParams};
 
 /// A table as somebody else might make it, and at the same time what is to be found out. The words are those of a report;
 /// the coordinates are computed here, from the words.
@@ -432,6 +433,82 @@ fn runner_up_and_difference_are_told() {
     assert_eq!(difference.facts.iter().map(|f| f.0).collect::<Vec<_>>(), ["y"]);
     let off = |says: f64| (difference.found - says).abs();
     assert!(off(difference.best) < 0.1 * off(difference.runner_up));
+}
+
+/// A DDS file as Direct3D tools write them.
+fn dds(recipe: &Recipe, format: DxgiFormat, bytes: impl Fn(f64) -> Vec<u8>) -> Vec<u8> {
+    let (width, height) = recipe.size;
+    let parameters = NewDxgiParams {
+        height,
+        width,
+        depth: None,
+        format,
+        mipmap_levels: None,
+        array_layers: None,
+        caps2: None,
+        is_cubemap: false,
+        resource_dimension: D3D10ResourceDimension::Texture2D,
+        alpha_mode: AlphaMode::Unknown,
+    };
+    let mut dds = Dds::new_dxgi(parameters).unwrap();
+    dds.data = recipe.values().into_iter().flat_map(bytes).collect();
+    let mut out = vec![];
+    dds.write(&mut out).unwrap();
+    out
+}
+
+fn half_dds() -> Vec<u8> {
+    let recipe = Recipe::new("ggx", "schlick-direct");
+    dds(&recipe, DxgiFormat::R16G16_Float, |v| f16::from_f64(v).to_le_bytes().to_vec())
+}
+
+/// A picture from the bytes of a file.
+fn read(bytes: &[u8]) -> brdf_baker::Result<Picture> {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), bytes).unwrap();
+    Picture::read(file.path())
+}
+
+#[test]
+fn dds_files_are_read() {
+    let report = run(&read(&half_dds()).unwrap());
+    assert_eq!((&*found(&report)["geometry"], report.verdict), ("schlick-direct", Verdict::Certain));
+    let recipe = Recipe { channels: &["0", "bias", "scale", "1"], ..Recipe::new("ggx", "smith") };
+    let bytes = dds(&recipe, DxgiFormat::B8G8R8A8_UNorm, |v| vec![(v * 255.0).round() as u8]);
+    let report = run(&read(&bytes).unwrap());
+    assert_eq!(found(&report)["channels"], "R = scale, G = bias, B = 0, A = 1");
+    assert_eq!(report.verdict, Verdict::Certain);
+}
+
+#[test]
+fn damaged_files_end_in_errors() {
+    let texture = TableRequest { size: (9, 7), ..TableRequest::new("split-sum") };
+    let texture = texture.resolve().unwrap().run(&Backend::Cpu, &mut ignore).unwrap();
+    let mut files = vec![std::fs::read(golden("bevy_dfg.ktx2")).unwrap(), half_dds()];
+    for format in formats() {
+        let encoding = format.default_encoding(texture.shape, 2).unwrap();
+        files.push(format.to_bytes(Path::new("a"), &texture, encoding).unwrap());
+    }
+    let mut cuts = 0;
+    for bytes in files {
+        assert!(read(&bytes).is_ok());
+        for cut in (0..bytes.len()).step_by(bytes.len() / 40 + 1) {
+            assert!(read(&bytes[..cut]).is_err(), "{:?} cut at {cut} of {}", &bytes[..4], bytes.len());
+            cuts += 1;
+        }
+        // A changed byte may pass as another number, but nothing panics.
+        for at in (0..bytes.len()).step_by(bytes.len() / 150 + 1) {
+            for bit in [0, 4, 7] {
+                let mut changed = bytes.clone();
+                changed[at] ^= 1 << bit;
+                let _ = read(&changed);
+            }
+        }
+    }
+    assert!(cuts > 100);
+    assert!(read(b"just a line of text").unwrap_err().to_string().contains("first bytes"));
+    let nan = dds(&Recipe::new("ggx", "smith"), DxgiFormat::R32G32_Float, |_| f32::NAN.to_le_bytes().to_vec());
+    assert!(read(&nan).unwrap_err().to_string().contains("(0, 0) holds NaN"));
 }
 
 #[test]

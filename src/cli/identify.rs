@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use brdf_baker::format::Encoding;
 use brdf_baker::format::picture::Picture;
-use brdf_baker::verify::identify::{Difference, Fit, Report, Verdict, identify};
+use brdf_baker::verify::identify::{Difference, Fit, NOISY, Report, Verdict, identify};
 use brdf_baker::{Error, Result};
 use serde_json::{Map, Value, json};
 
@@ -70,17 +70,17 @@ fn text(path: &str, picture: &Picture, report: &Report) -> String {
     if let Some(difference) = &report.difference {
         text.push_str(&difference_text(difference));
     }
-    if let Some(first) = report.fits.first() {
+    if let [first, rest @ ..] = report.fits.as_slice() {
         let kind = match (first.is_exact, report.verdict) {
+            (_, Verdict::None) => "too much",
             (true, _) => "rounding",
-            (false, Verdict::None) => "a wrong convention",
-            (false, _) if report.noisiness >= 0.3 => "noise, as Monte Carlo integration leaves it",
-            (false, _) => "a smooth difference, which noise does not explain",
+            (false, _) if report.noisiness >= NOISY => "noise from texel to texel",
+            (false, _) => "smooth: samples that all texels share, or a convention that is not known",
         };
-        text.push_str(&format!(
-            "\n  what is left of 1 is {kind} ({:.0} % between neighbours)",
-            100.0 * report.noisiness
-        ));
+        text.push_str(&format!("\n  what is left of 1 is {kind}"));
+        if let Some(second) = rest.first() {
+            text.push_str(&format!("; 2 is {:.1} times worse", second.rms / first.rms.max(f64::MIN_POSITIVE)));
+        }
     }
     text
 }

@@ -3,6 +3,7 @@
 mod bake;
 pub mod console;
 mod env;
+mod foreign;
 mod identify;
 mod info;
 mod list;
@@ -73,7 +74,7 @@ Examples:
   brdf-baker env sky.hdr -o diffuse.hdr --kernel lambert --shape equirect"
     )]
     Env(env::EnvArgs),
-    /// Check a baked file against an independent f64 integration; exit code 1 if it is wrong
+    /// Check a baked file, or a table that others made, against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2
   brdf-baker verify dfg.ktx2 --full --json")]

@@ -10,10 +10,11 @@ use brdf_baker::{Error, Result};
 use serde_json::json;
 
 use super::console::Console;
+use super::foreign::{self, ModelArgs};
 
 #[derive(clap::Args)]
 pub struct VerifyArgs {
-    /// A file that brdf-baker wrote
+    /// A file that brdf-baker wrote, or a table that others made
     file: PathBuf,
     /// Check every texel, not a sample
     #[arg(long)]
@@ -22,10 +23,26 @@ pub struct VerifyArgs {
     /// says, instead of with the file's own mip 0
     #[arg(long, value_name = "INPUT")]
     source: Option<PathBuf>,
+    /// Of a table that others made, the largest error that is right [default: a step of its encoding]
+    #[arg(long, value_name = "E")]
+    max_error: Option<f64>,
+    #[command(flatten)]
+    model: ModelArgs,
 }
 
 impl VerifyArgs {
     pub fn run(self, console: &mut Console) -> Result<()> {
+        if let Some(picture) = foreign::picture(&self.file)? {
+            return foreign::verify(&self.file, &picture, &self.model, self.max_error, self.full, console);
+        }
+        self.model.refuse(&self.file)?;
+        if self.max_error.is_some() {
+            let what = format!(
+                "--max-error is for tables that others made, and '{}' states its own bound",
+                self.file.display()
+            );
+            return Err(Error::usage(what, "drop --max-error"));
+        }
         let (texture, encoding) = format::for_path(&self.file)?.read(&self.file)?;
         let extent = if self.full { Extent::Full } else { Extent::Spot };
         if texture.shape != Shape::Table {

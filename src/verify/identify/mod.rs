@@ -13,6 +13,7 @@
 
 mod content;
 mod layout;
+mod measure;
 mod models;
 mod search;
 
@@ -21,6 +22,7 @@ use serde::Serialize;
 
 pub use content::{Quantity, Transfer};
 pub use layout::{Layout, Points, Side, Warp};
+pub use measure::{Measured, measure};
 pub use search::Hypothesis;
 
 use content::Samples;
@@ -46,7 +48,7 @@ const CLEAR_OF_BIAS: f64 = 3.0;
 /// Root mean square beyond which nothing is certain: twice that of a table of 16 texels with 4096 samples.
 const CERTAIN_RMS: f64 = 3e-3;
 /// Share of an error's variation that is between neighbouring texels, from which on it is noise.
-const NOISY: f64 = 0.3;
+pub const NOISY: f64 = 0.3;
 /// Texels a side from which on a picture can tell something.
 const LEAST_SIZE: u32 = 4;
 /// Hypotheses that are reported.
