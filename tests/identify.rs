@@ -413,6 +413,56 @@ fn published_tables_are_recognised() {
     }
 }
 
+/// The usual way to make such a table: importance sampling with one Hammersley sequence for all texels (Karis 2013), and
+/// Schlick's geometry term with k = alpha/2.
+fn monte_carlo(size: u32, samples: u32) -> Picture {
+    let texel = |n_dot_v: f64, roughness: f64| {
+        let alpha = roughness * roughness;
+        let v = [(1.0 - n_dot_v * n_dot_v).sqrt(), n_dot_v];
+        let mask = |x: f64| x / (x * (1.0 - 0.5 * alpha) + 0.5 * alpha);
+        let mut sums = [0.0; 2];
+        for i in 0..samples {
+            let (a, b) = (f64::from(i) / f64::from(samples), f64::from(i.reverse_bits()) / f64::from(u32::MAX));
+            let cos_h = ((1.0 - b) / (1.0 + (alpha * alpha - 1.0) * b)).sqrt();
+            let sin_h = (1.0 - cos_h * cos_h).sqrt();
+            let v_dot_h = v[0] * sin_h * (std::f64::consts::TAU * a).cos() + v[1] * cos_h;
+            let n_dot_l = 2.0 * v_dot_h * cos_h - n_dot_v;
+            if n_dot_l > 0.0 && v_dot_h > 0.0 {
+                let weight = mask(n_dot_v) * mask(n_dot_l) * v_dot_h / (cos_h * n_dot_v);
+                let fc = (1.0 - v_dot_h).powi(5);
+                sums[0] += (1.0 - fc) * weight;
+                sums[1] += fc * weight;
+            }
+        }
+        sums.map(|s| f16::from_f64(s / f64::from(samples)).to_f32())
+    };
+    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(size);
+    let values = (0..size * size).flat_map(|i| texel(at(i % size), at(i / size))).collect();
+    let precision = Precision::Float { bits: 11, least_exponent: -14 };
+    let components = ["R", "G"].map(|name| Component { name: name.into(), precision }).to_vec();
+    Picture { width: size, height: size, components, stored: "halves".into(), values }
+}
+
+#[test]
+fn monte_carlo_tables_are_recognised() {
+    for (size, samples) in [(16, 4096), (32, 1024), (128, 1024), (128, 64)] {
+        let report = run(&monte_carlo(size, samples));
+        let words = found(&report);
+        let fit = &report.fits[0];
+        println!(
+            "{size} {samples}: {:?} {:.1e} {:.1e} {:.2} {:?}",
+            report.verdict, fit.max, fit.rms, report.noisiness, report.open
+        );
+        assert_eq!((&*words["geometry"], &*words["distribution"]), ("schlick-ggx", "ggx"), "{size} {samples}");
+        assert_eq!(words["channels"], "R = scale, G = bias");
+        assert!(words["x"].starts_with("n_dot_v ascending") && words["y"].starts_with("roughness ascending"));
+        // Where noise hides half a texel, that is what is open, and nothing else.
+        assert!(report.open.iter().all(|name| ["x", "y", "shift"].contains(name)), "{:?}", report.open);
+        let placed = words["x"].ends_with("centers") && words["y"].ends_with("centers") && !words.contains_key("shift");
+        assert!(placed || report.verdict == Verdict::Likely, "{size} {samples}: {words:?}");
+    }
+}
+
 #[test]
 fn shifted_published_table_is_reported_as_such() {
     let picture = bevy();
