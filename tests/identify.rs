@@ -135,8 +135,11 @@ impl Recipe {
     }
 
     fn picture(&self) -> Picture {
-        let values = self.values();
-        let n = self.channels.len();
+        self.store(&self.values(), self.channels.len())
+    }
+
+    /// Values of `n` channels as this recipe stores them.
+    fn store(&self, values: &[f64], n: usize) -> Picture {
         let integer = |top: f64, curve: &dyn Fn(f64) -> f64| -> Vec<f32> {
             values.iter().map(|v| ((curve(v.clamp(0.0, 1.0)) * top).round() / top) as f32).collect()
         };
@@ -620,6 +623,51 @@ fn third_channel_may_be_another_models() {
     let report = run(&picture);
     assert_eq!(found(&report)["channels"], "R = bias, G = albedo, B = albedo of charlie neubelt");
     assert_eq!(report.verdict, Verdict::Certain);
+}
+
+/// The layouts of engines (their documentation and shaders say so), with third channels that belong to another model or
+/// to none.
+#[test]
+fn engine_layouts_are_recognised() {
+    let table = |visibility, channels, store, x: &str, y: &str| Recipe {
+        channels,
+        store,
+        x: x.into(),
+        y: y.into(),
+        size: (64, 64),
+        ..Recipe::new("ggx", visibility)
+    };
+    let (n_dot_v, roughness) = ("n_dot_v ascending, at centers", "roughness ascending, at centers");
+    let (filament, karis): (&[_], &[_]) = (&["bias", "albedo"], &["scale", "bias"]);
+    let turned = "roughness descending, at centers";
+    let (spread, edges) = ("sqrt(n_dot_v) ascending, at edges", "roughness ascending, at edges");
+    let (grazing, alpha) = ("sqrt(1 - n_dot_v) ascending, at edges", "alpha ascending, at centers");
+    for (engine, recipe, third) in [
+        ("Filament", table("smith", filament, Store::Half, n_dot_v, roughness), "cloth"),
+        ("Godot", table("schlick-ggx", filament, Store::Half, n_dot_v, turned), "cloth"),
+        ("Unity HDRP", table("smith", filament, Store::Ten, spread, edges), "diffuse"),
+        ("Babylon.js", table("smith", filament, Store::Rgbd, n_dot_v, roughness), "cloth"),
+        ("glTF sample viewer", table("smith", karis, Store::Bytes, n_dot_v, roughness), "cloth"),
+        ("EEVEE", table("smith", &["scale", "bias", "f82"], Store::Half, edges, grazing), ""),
+        ("MaterialX", table("smith", karis, Store::Single, n_dot_v, alpha), ""),
+    ] {
+        let mut values = recipe.values();
+        let mut n = recipe.channels.len();
+        let mut expected = recipe.expected();
+        if !third.is_empty() {
+            let cloth =
+                Recipe { ndf: "charlie", visibility: "neubelt", channels: &["albedo"], ..recipe.clone() }.values();
+            let diffuse = |i: usize| 0.3 + 0.4 * (i % 64) as f64 / 64.0 + 0.2 * ((i / 64) as f64 / 64.0).powi(2);
+            let third_of = |i: usize| if third == "cloth" { cloth[i] } else { diffuse(i) };
+            values = values.chunks(n).enumerate().flat_map(|(i, v)| [v, &[third_of(i)]].concat()).collect();
+            n += 1;
+            let words = if third == "cloth" { ", B = albedo of charlie neubelt" } else { ", B = ?" };
+            expected.entry("channels").and_modify(|c| c.push_str(words));
+        }
+        let report = run(&recipe.store(&values, n));
+        assert_eq!(found(&report), expected, "{engine}");
+        assert_eq!(report.verdict, Verdict::Certain, "{engine}: {:?}", report.open);
+    }
 }
 
 #[test]

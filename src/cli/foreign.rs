@@ -101,11 +101,14 @@ pub fn verify(
     };
 
     let measured = measure(picture, &hypothesis, &contents, if full { MAX_SIZE } else { SPOT });
-    let worst = measured.channels.iter().map(|c| c.worst).fold(0.0, f64::max);
+    let worst = measured.channels.iter().map(|c| c.worst).max_by(f64::total_cmp).unwrap_or(f64::NAN);
     let failure = match max_error {
         _ if measured.channels.is_empty() => Some("no component was compared".to_string()),
-        // Written so that NaN is refused.
-        Some(bound) => (!(worst <= bound)).then(|| format!("a texel is off by {worst:.2e}, more than {bound:.2e}")),
+        Some(bound) => {
+            // NaN is not within any bound.
+            let within = worst <= bound;
+            (!within).then(|| format!("a texel is off by {worst:.2e}, more than {bound:.2e}"))
+        }
         None => (!measured.is_exact)
             .then(|| format!("a texel is off by {worst:.2e}, more than a step of its encoding (see --max-error)")),
     };

@@ -130,6 +130,11 @@ impl Layout {
         Warp::ROUGHNESS.contains(&self.x.warp)
     }
 
+    /// Its positions and shifts.
+    pub fn placement(&self) -> Placement {
+        [self.x, self.y].map(|side| (side.points, side.shift))
+    }
+
     /// (n·v, roughness) of a texel; `None` where a shift leads out of the table.
     pub fn at(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> Option<(f64, f64)> {
         let (x, y) = (self.x.at(x, width)?, self.y.at(y, height)?);
@@ -150,9 +155,12 @@ impl Layout {
     }
 }
 
+/// Positions and shifts of both sides, x first.
+pub type Placement = [(Points, i32); 2];
+
 /// Positions and shifts of both sides that are tried, x first: the same positions along both, one shift, or a mixture of
 /// centers and edges.
-pub fn placements() -> Vec<[(Points, i32); 2]> {
+pub fn placements() -> Vec<Placement> {
     use Points::{Centers, Edges, Ends, Starts};
     let mut all = vec![[(Starts, 0); 2], [(Ends, 0); 2], [(Centers, 0), (Edges, 0)], [(Edges, 0), (Centers, 0)]];
     for points in [Centers, Edges] {

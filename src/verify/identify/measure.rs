@@ -37,7 +37,7 @@ pub fn measure(picture: &Picture, hypothesis: &Hypothesis, contents: &[Content],
     for ((values, content), name) in samples.values.iter().zip(contents).zip(names) {
         let Content::Of(quantity) = content else { continue };
         let mut errors = vec![];
-        let (mut rounded, mut worst, mut worst_texel) = (0, -1.0, [0; 2]);
+        let (mut rounded, mut worst, mut worst_texel) = (0, -1.0f64, [0; 2]);
         for ((value, expected), texel) in values.iter().zip(&expected).zip(&samples.texels) {
             let Some([e, b, t]) = expected else { continue };
             let wanted = quantity.of([*e, *b, *t, 0.0]);
@@ -45,7 +45,8 @@ pub fn measure(picture: &Picture, hypothesis: &Hypothesis, contents: &[Content],
             rounded += usize::from(off <= value.half_step);
             measured.is_exact &= off <= 2.001 * value.half_step + RULE_ERROR * wanted.abs().max(1.0);
             let error = off / wanted.abs().max(1.0);
-            if error > worst {
+            // NaN is the worst of all.
+            if error.total_cmp(&worst).is_gt() {
                 (worst, worst_texel) = (error, *texel);
             }
             errors.push(error);

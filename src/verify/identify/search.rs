@@ -73,6 +73,14 @@ fn quantities(model: &Model) -> &'static [Quantity] {
     if model.ndf.family.name == "charlie" { all } else { &all[..5] }
 }
 
+/// A picture under one encoding.
+struct Grid {
+    transfer: Transfer,
+    samples: Samples,
+    /// Which components say something.
+    telling: Vec<bool>,
+}
+
 /// Hypotheses from the best to the worst of the last stage, on its grid. `constant` says which components are the same
 /// everywhere.
 pub fn search(
@@ -85,11 +93,15 @@ pub fn search(
     let telling = |transfer: Transfer| -> Vec<bool> {
         (0..transfer.names(picture).len()).map(|c| !constant(transfer, c)).collect()
     };
-    let grids: Vec<(Transfer, Samples, Vec<bool>)> =
-        transfers.iter().map(|t| (*t, Samples::take(picture, *t, SKETCH_GRID), telling(*t))).collect();
-    let sides = Sides::new(&grids[0].1);
+    let grids = |n: u32| -> Vec<Grid> {
+        let of = |t: &Transfer| Grid { transfer: *t, samples: Samples::take(picture, *t, n), telling: telling(*t) };
+        transfers.iter().map(of).collect()
+    };
+    let sketch_grids = grids(SKETCH_GRID);
+    let sides = Sides::new(&sketch_grids[0].samples);
     tick(on, "identify: sketches", 0.0)?;
-    let lists: Vec<Vec<_>> = MODELS.par_iter().map(|(model, sketch)| sketched(model, sketch, &sides, &grids)).collect();
+    let lists: Vec<Vec<_>> =
+        MODELS.par_iter().map(|(model, sketch)| sketched(model, sketch, &sides, &sketch_grids)).collect();
     let mut found: Vec<(f64, Hypothesis)> = lists.into_iter().flatten().collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     let limit = found.first().map_or(0.0, |best| (3.0 * best.0.sqrt() + SKETCH_ERROR).powi(2));
@@ -99,14 +111,13 @@ pub fn search(
     let mut compared = vec![];
     for (i, (grid, keep)) in STAGES.into_iter().enumerate() {
         tick(on, "identify: rules", i as f64 / STAGES.len() as f64)?;
-        let grids: Vec<(Transfer, Samples, Vec<bool>)> =
-            transfers.iter().map(|t| (*t, Samples::take(picture, *t, grid), telling(*t))).collect();
+        let grids = grids(grid);
         compared = left
             .par_iter()
             .map(|hypothesis| {
-                let (_, samples, telling) =
-                    grids.iter().find(|g| g.0 == hypothesis.transfer).expect("a hypothesis has one of the encodings");
-                compare(hypothesis, samples, telling)
+                let of = |grid: &&Grid| grid.transfer == hypothesis.transfer;
+                let grid = grids.iter().find(of).expect("a hypothesis has one of the encodings");
+                compare(hypothesis, &grid.samples, &grid.telling)
             })
             .collect();
         compared.sort_by(|a: &Compared, b| a.score.total_cmp(&b.score));
@@ -211,19 +222,13 @@ fn every(warps: &[Warp]) -> Vec<Side> {
 /// The best hypotheses of one model by its sketch, with their scores.
 ///
 /// Directions and warps are told apart at centers first: a wrong position in the texel costs less than any of them.
-fn sketched(
-    model: &Model,
-    sketch: &Sketch,
-    sides: &Sides,
-    grids: &[(Transfer, Samples, Vec<bool>)],
-) -> Vec<(f64, Hypothesis)> {
-    let centers = [(Points::Centers, 0); 2];
-    let mut rough = sketched_at(model, sketch, sides, grids, &|placement, _| *placement == centers);
+fn sketched(model: &Model, sketch: &Sketch, sides: &Sides, grids: &[Grid]) -> Vec<(f64, Hypothesis)> {
+    let mut rough = sketched_at(model, sketch, sides, grids, &|layout| layout.placement() == [(Points::Centers, 0); 2]);
     rough.truncate(PLACED_OF_MODEL);
     let directions: Vec<Directions> = rough.iter().map(|(_, hypothesis)| directions(&hypothesis.layout)).collect();
     let placements = placements();
-    let mut found = sketched_at(model, sketch, sides, grids, &|placement, layout| {
-        placements.contains(placement) && directions.contains(&self::directions(layout))
+    let mut found = sketched_at(model, sketch, sides, grids, &|layout| {
+        placements.contains(&layout.placement()) && directions.contains(&self::directions(layout))
     });
     found.truncate(SKETCHED_OF_MODEL);
     found
@@ -241,11 +246,11 @@ fn sketched_at(
     model: &Model,
     sketch: &Sketch,
     sides: &Sides,
-    grids: &[(Transfer, Samples, Vec<bool>)],
-    wanted: &dyn Fn(&[(Points, i32); 2], &Layout) -> bool,
+    grids: &[Grid],
+    wanted: &dyn Fn(&Layout) -> bool,
 ) -> Vec<(f64, Hypothesis)> {
     let mut found: Vec<(f64, Hypothesis)> = vec![];
-    let mut expected = vec![None; grids[0].1.texels.len()];
+    let mut expected = vec![None; grids[0].samples.texels.len()];
     for transposed in [false, true] {
         let (view_axis, rough_axis) = if transposed { (1, 0) } else { (0, 1) };
         for (view, views) in &sides.view[view_axis] {
@@ -253,7 +258,7 @@ fn sketched_at(
             for (rough, roughnesses) in &sides.rough[rough_axis] {
                 let (x, y) = if transposed { (*rough, *view) } else { (*view, *rough) };
                 let layout = Layout { x, y };
-                if !wanted(&[(x.points, x.shift), (y.points, y.shift)], &layout) {
+                if !wanted(&layout) {
                     continue;
                 }
                 let columns: &Vec<_> =
@@ -263,7 +268,7 @@ fn sketched_at(
                     let (v, r) = if transposed { (row, column) } else { (column, row) };
                     *to = columns[v].as_ref().zip(roughnesses[r].as_ref()).map(|(c, r)| r.of(c));
                 }
-                for (transfer, samples, telling) in grids {
+                for Grid { transfer, samples, telling } in grids {
                     let matches: Vec<Match> =
                         (0..samples.values.len()).map(|c| best(model, samples, c, &expected, 2.0 * CAP)).collect();
                     let hypothesis = Hypothesis { model: *model, layout, transfer: *transfer };
