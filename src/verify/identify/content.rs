@@ -102,7 +102,7 @@ impl Transfer {
             Transfer::Linear => true,
             Transfer::Srgb | Transfer::Gamma22 => integers,
             Transfer::Rgbd => bytes && picture.components.len() == 4,
-            Transfer::TwoBytes => bytes && picture.components.len() >= 2,
+            Transfer::TwoBytes => bytes && picture.components.len().is_multiple_of(2) && is_low_byte(picture, 1),
         }
     }
 
@@ -142,6 +142,17 @@ impl Transfer {
     }
 }
 
+/// Does a component jump from texel to texel, as the lower byte of a smooth number does?
+fn is_low_byte(picture: &Picture, component: usize) -> bool {
+    let n = picture.components.len();
+    let values: Vec<f64> = picture.values.iter().skip(component).step_by(n).map(|v| f64::from(*v)).collect();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64;
+    let jumps = values.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum::<f64>() / values.len() as f64;
+    // Independent numbers have twice their variance; the other channels of a table have a hundredth of it.
+    jumps > 0.25 * variance
+}
+
 fn from_srgb(v: f64) -> f64 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
@@ -158,19 +169,41 @@ pub struct Samples {
     pub size: [u32; 2],
     /// Columns that were taken; [`Samples::texels`] runs over them first.
     pub columns: usize,
+    /// The largest number that can be stored.
+    top: f64,
     /// Values of each component, texel by texel.
     pub values: Vec<Vec<Value>>,
 }
 
 impl Samples {
+    /// Some of them, as one row.
+    pub fn only(&self, indices: &[usize]) -> Samples {
+        Samples {
+            texels: indices.iter().map(|i| self.texels[*i]).collect(),
+            size: self.size,
+            columns: indices.len(),
+            top: self.top,
+            values: self.values.iter().map(|v| indices.iter().map(|i| v[*i]).collect()).collect(),
+        }
+    }
+
+    /// A quantity as it can be stored: cloth reflects more than 1, which integers cut off.
+    pub fn expected(&self, quantity: Quantity, [e, b, t]: [f64; 3]) -> f64 {
+        let value = quantity.of([e, b, t, 0.0]);
+        // Not `min`, which would hide NaN.
+        if value > self.top { self.top } else { value }
+    }
+
     /// Up to `n` columns times up to `n` rows, both ends included.
     pub fn take(picture: &Picture, transfer: Transfer, n: u32) -> Samples {
         let (xs, ys) = (spread(picture.width, n), spread(picture.height, n));
         let texels: Vec<[u32; 2]> = ys.iter().flat_map(|y| xs.iter().map(|x| [*x, *y])).collect();
         let decoded: Vec<Vec<Value>> = texels.iter().map(|[x, y]| transfer.decode(&picture.texel(*x, *y))).collect();
+        let integers = picture.components.iter().all(|c| c.precision.steps().is_some());
+        let top = if integers && transfer != Transfer::Rgbd { 1.0 } else { f64::INFINITY };
         let components = decoded.first().map_or(0, Vec::len);
         let values = (0..components).map(|c| decoded.iter().map(|texel| texel[c]).collect()).collect();
-        Samples { texels, size: [picture.width, picture.height], columns: xs.len(), values }
+        Samples { texels, size: [picture.width, picture.height], columns: xs.len(), top, values }
     }
 }
 

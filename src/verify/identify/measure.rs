@@ -39,8 +39,8 @@ pub fn measure(picture: &Picture, hypothesis: &Hypothesis, contents: &[Content],
         let mut errors = vec![];
         let (mut rounded, mut worst, mut worst_texel) = (0, -1.0f64, [0; 2]);
         for ((value, expected), texel) in values.iter().zip(&expected).zip(&samples.texels) {
-            let Some([e, b, t]) = expected else { continue };
-            let wanted = quantity.of([*e, *b, *t, 0.0]);
+            let Some(expected) = expected else { continue };
+            let wanted = samples.expected(*quantity, *expected);
             let off = (value.value - wanted).abs();
             rounded += usize::from(off <= value.half_step);
             measured.is_exact &= off <= 2.001 * value.half_step + RULE_ERROR * wanted.abs().max(1.0);

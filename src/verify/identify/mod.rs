@@ -308,8 +308,8 @@ fn residuals(compared: &Compared, samples: &Samples, fit: &Fit) -> Vec<Residual>
     for (component, c) in fit.components.iter().enumerate() {
         let Content::Of(quantity) = c.content else { continue };
         for (texel, expected) in compared.expected.iter().enumerate() {
-            if let Some([e, b, t]) = expected {
-                let wanted = quantity.of([*e, *b, *t, 0.0]);
+            if let Some(expected) = expected {
+                let wanted = samples.expected(quantity, *expected);
                 let scale = wanted.abs().max(1.0);
                 let value = samples.values[component][texel];
                 let (error, half_step) = ((value.value - wanted) / scale, value.half_step / scale);
@@ -356,12 +356,7 @@ fn noisiness(compared: &Compared, samples: &Samples, fit: &Fit) -> f64 {
 /// Looks for another model behind each component that the fit's own does not explain.
 fn explain_others(fit: &mut Fit, samples: &Samples) {
     let coarse: Vec<usize> = (0..samples.texels.len()).step_by(7).collect();
-    let some = Samples {
-        texels: coarse.iter().map(|i| samples.texels[*i]).collect(),
-        size: samples.size,
-        columns: coarse.len(),
-        values: samples.values.iter().map(|v| coarse.iter().map(|i| v[*i]).collect()).collect(),
-    };
+    let some = samples.only(&coarse);
     let hypothesis = fit.hypothesis;
     let all: Vec<Compared> = search::MODELS
         .par_iter()
@@ -398,8 +393,7 @@ fn difference(fits: &[Fit], found: &[Compared], samples: &[Samples]) -> Differen
     // Where the two say the most different things of a number of the file.
     let says = |fit: usize, component: usize, texel: usize| -> Option<f64> {
         let Content::Of(quantity) = fits[fit].components.get(component)?.content else { return None };
-        let [e, b, t] = found[fit].expected[texel]?;
-        Some(quantity.of([e, b, t, 0.0]))
+        Some(samples[fit].expected(quantity, found[fit].expected[texel]?))
     };
     let mut worst = Difference {
         facts,

@@ -151,8 +151,8 @@ fn best(model: &Model, samples: &Samples, component: usize, expected: &[Option<[
     let of = |quantity: Quantity| {
         let (mut sum, mut n) = (0.0, 0.0);
         for (value, expected) in values.iter().zip(expected) {
-            if let Some([e, b, t]) = expected {
-                let wanted = quantity.of([*e, *b, *t, 0.0]);
+            if let Some(expected) = expected {
+                let wanted = samples.expected(quantity, *expected);
                 let error = ((value.value - wanted) / wanted.abs().max(1.0)).abs().min(cap);
                 sum += error * error;
                 n += 1.0;
