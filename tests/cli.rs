@@ -490,6 +490,16 @@ fn foreign_tables_are_identified_and_verified() {
     assert_eq!((&json["verdict"], &json["fits"][0]["geometry"]), (&"certain".into(), &"schlick-ggx".into()));
     assert!(json["fits"][0]["max_error"].as_f64().unwrap() <= 0.5 / 255.0 + 1e-6);
 
+    // What cannot be told from the texels is not hidden.
+    succeeds(here, &["bake", "albedo", "-o", "copper.exr", "--size", "16", "--material", "copper"]);
+    let output = run(here, &["identify", "copper.exr"]);
+    let line = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        line.contains("none") && line.contains("says of itself: red,green,blue of albedo ggx smith conductor"),
+        "{line}"
+    );
+
     // Verified as what it is found to be, and as what it is said to be.
     assert!(succeeds(here, &["verify", "b.png"]).contains("identified, certain): right"));
     let said = ["verify", "b.png", "--ndf", "ggx", "--visibility", "schlick-ggx", "--flip-v"];

@@ -311,6 +311,7 @@ fn recipes() -> Vec<Recipe> {
         ..Recipe::new("charlie", "neubelt")
     });
     all.push(Recipe { store: Store::Bytes, size: (256, 256), ..base() });
+    all.push(Recipe { store: Store::Bytes, size: (768, 256), ..Recipe::new("ggx", "kelemen") });
     all
 }
 

@@ -1,9 +1,9 @@
 //! `brdf-baker identify`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use brdf_baker::format::Encoding;
 use brdf_baker::format::picture::Picture;
+use brdf_baker::format::{self, Encoding};
 use brdf_baker::verify::identify::{Difference, Fit, NOISY, Report, Verdict, identify};
 use brdf_baker::{Error, Result};
 use serde_json::{Map, Value, json};
@@ -32,12 +32,23 @@ impl IdentifyArgs {
         };
         let report = identify(&picture, &mut |p| console.progress(p))?;
         let path = self.file.display().to_string();
-        console.result(&text(&path, &picture, &report), &value(&path, &picture, &report))?;
+        let stated = stated(&self.file);
+        let stated = stated.as_deref();
+        console.result(&text(&path, &picture, &report, stated), &value(&path, &picture, &report, stated))?;
         match report.verdict {
             Verdict::None => Err(Error::Verify { what: format!("'{path}' is no table that is known") }),
             _ => Ok(()),
         }
     }
+}
+
+/// What a file of ours says that it is: its texels may be of a kind that is not tried.
+fn stated(path: &Path) -> Option<String> {
+    let (texture, _) = format::for_path(path).ok()?.read(path).ok()?;
+    texture.meta.get("table")?;
+    let keys = ["table", "ndf", "visibility", "fresnel", "axes", "points", "order"];
+    let said = keys.into_iter().filter_map(|key| texture.meta.get(key)).collect::<Vec<_>>().join(" ");
+    Some(format!("{} of {said}", texture.channels.join(",")))
 }
 
 fn verdict(verdict: Verdict) -> &'static str {
@@ -48,7 +59,7 @@ fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
-fn text(path: &str, picture: &Picture, report: &Report) -> String {
+fn text(path: &str, picture: &Picture, report: &Report, stated: Option<&str>) -> String {
     let mut text =
         format!("{path}  {}x{} {}: {}", picture.width, picture.height, picture.stored, verdict(report.verdict));
     if report.verdict == Verdict::Likely && !report.open.is_empty() {
@@ -57,25 +68,32 @@ fn text(path: &str, picture: &Picture, report: &Report) -> String {
     if report.fits.is_empty() {
         text.push_str("\n  every texel is the same");
     }
-    for (i, fit) in report.fits.iter().enumerate() {
+    // Where nothing fits, the nearest one is enough.
+    let shown = if report.verdict == Verdict::None { 1 } else { report.fits.len() };
+    for (i, fit) in report.fits.iter().take(shown).enumerate() {
         let nearest = if report.verdict == Verdict::None { "nearest, does not fit: " } else { "" };
         text.push_str(&format!("\n  {}  {nearest}max error {:.1e}, rms {:.1e}", i + 1, fit.max, fit.rms));
         if fit.is_exact {
-            text.push_str(", within a step of the encoding");
+            text.push_str(if fit.is_rounded { ", rounding explains it" } else { ", digits cut off explain it" });
         }
         for (name, words) in fit.words() {
             text.push_str(&format!("\n     {name:12} {words}"));
         }
     }
+    if let Some(stated) = stated {
+        text.push_str(&format!("\n  the file says of itself: {stated}"));
+    }
+    if report.verdict == Verdict::None {
+        return text;
+    }
     if let Some(difference) = &report.difference {
         text.push_str(&difference_text(difference));
     }
     if let [first, rest @ ..] = report.fits.as_slice() {
-        let kind = match (first.is_exact, report.verdict) {
-            (_, Verdict::None) => "too much",
-            (true, _) => "rounding",
-            (false, _) if report.noisiness >= NOISY => "noise from texel to texel",
-            (false, _) => "smooth: samples that all texels share, or a convention that is not known",
+        let kind = match first.is_exact {
+            true => "rounding",
+            false if report.noisiness >= NOISY => "noise from texel to texel",
+            false => "smooth: samples that all texels share, or a convention that is not known",
         };
         text.push_str(&format!("\n  what is left of 1 is {kind}"));
         if let Some(second) = rest.first() {
@@ -98,7 +116,7 @@ fn difference_text(difference: &Difference) -> String {
     )
 }
 
-fn value(path: &str, picture: &Picture, report: &Report) -> Value {
+fn value(path: &str, picture: &Picture, report: &Report, stated: Option<&str>) -> Value {
     let fit = |fit: &Fit| {
         let mut map = Map::new();
         for (name, words) in fit.words() {
@@ -108,6 +126,7 @@ fn value(path: &str, picture: &Picture, report: &Report) -> Value {
         map.insert("rms_error".into(), json!(fit.rms));
         map.insert("worst_texel".into(), json!(fit.worst_texel));
         map.insert("exact".into(), json!(fit.is_exact));
+        map.insert("rounded".into(), json!(fit.is_rounded));
         Value::Object(map)
     };
     json!({
@@ -118,6 +137,7 @@ fn value(path: &str, picture: &Picture, report: &Report) -> Value {
         "verdict": report.verdict,
         "fits": report.fits.iter().map(fit).collect::<Vec<_>>(),
         "open": report.open,
+        "stated": stated,
         "difference": report.difference,
         "noisiness": report.noisiness,
         "texels": report.texels,

@@ -114,8 +114,10 @@ pub struct Fit {
     pub worst_texel: [u32; 2],
     /// Root mean square of the errors.
     pub rms: f64,
-    /// Every error is within a step of the encoding.
+    /// Every error is within a step of the encoding: rounded, or digits cut off.
     pub is_exact: bool,
+    /// Every error is within half a step: each is the nearest number that can be stored.
+    pub is_rounded: bool,
 }
 
 impl Fit {
@@ -210,6 +212,8 @@ pub fn identify(picture: &Picture, on: &mut OnProgress<'_>) -> Result<Report> {
         let ratio = second.rms / best.rms.max(f64::MIN_POSITIVE);
         match (best.is_exact, second.is_exact) {
             (true, false) => ratio >= 1.0,
+            // Rounding explains every texel of one, and not of the other.
+            (true, true) if best.is_rounded && !second.is_rounded => ratio >= 1.0,
             (true, true) => ratio >= CLEAR_OF_ROUNDING,
             (false, _) if noisiness >= NOISY => ratio >= CLEAR_OF_NOISE,
             (false, _) => ratio >= CLEAR_OF_BIAS,
@@ -278,8 +282,15 @@ fn fit(
     let contents = compared.matches.iter().zip(constants).zip(&explained).map(content);
     let components: Vec<Component> =
         names.into_iter().zip(contents).map(|(name, content)| Component { name, content }).collect();
-    let mut fit =
-        Fit { hypothesis: compared.hypothesis, components, max: 0.0, worst_texel: [0; 2], rms: 0.0, is_exact: true };
+    let mut fit = Fit {
+        hypothesis: compared.hypothesis,
+        components,
+        max: 0.0,
+        worst_texel: [0; 2],
+        rms: 0.0,
+        is_exact: true,
+        is_rounded: true,
+    };
     let (mut sum, mut n) = (0.0, 0.0);
     for residual in residuals(compared, samples, &fit) {
         sum += residual.error * residual.error;
@@ -289,6 +300,7 @@ fn fit(
         }
         // A whole step: some writers cut digits off instead of rounding.
         fit.is_exact &= residual.error.abs() <= 2.001 * residual.half_step + RULE_ERROR;
+        fit.is_rounded &= residual.error.abs() <= 1.001 * residual.half_step + RULE_ERROR;
     }
     fit.rms = (sum / n).sqrt();
     fit
