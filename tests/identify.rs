@@ -335,7 +335,7 @@ fn every_convention_is_recognised_and_nothing_wrong_is_certain() {
         certain += usize::from(is_right && report.verdict == Verdict::Certain);
     }
     println!("{} recipes, {right} right, {certain} of them certain", recipes.len());
-    assert!(recipes.len() >= 60 && right == recipes.len());
+    assert!(recipes.len() >= 60 && right == recipes.len() && certain == right);
 }
 
 /// A file as the tool writes it, read back as a stranger's.

@@ -315,6 +315,7 @@ fn ktx2(path: &Path, bytes: &[u8]) -> Result<Picture> {
     let (width, height) = (header.pixel_width, header.pixel_height.max(1));
     accept(path, width, height)?;
     let vk = header.format.map_or(0, |f| f.value());
+    let stored_as = header.format.map_or(String::new(), |f| format!("{f:?}"));
     let Some((_, packing)) = VK_FORMATS.iter().find(|(known, _)| *known == vk) else {
         return Err(Error::input(path, format!("its texels have VkFormat {vk}, which is not read here"), CONVERT));
     };
@@ -346,7 +347,7 @@ fn ktx2(path: &Path, bytes: &[u8]) -> Result<Picture> {
         return Err(unsound(&format!("its first level has {} bytes instead of {wanted}", plain.len())));
     }
     let values = packing.decode(width, height, &plain).map_err(|e| unsound(&e))?;
-    Ok(Picture { width, height, components: packing.components(), stored: format!("VkFormat {vk}"), values })
+    Ok(Picture { width, height, components: packing.components(), stored: stored_as, values })
 }
 
 fn of_dxgi(format: DxgiFormat) -> Option<Packing> {
