@@ -433,7 +433,7 @@ fn unwritable_folder_is_refused() {
 #[test]
 fn help_of_each_command_ends_with_examples() {
     let folder = TempDir::new().unwrap();
-    for command in ["bake", "env", "verify", "info", "devices", "list", "materials", "completions"] {
+    for command in ["bake", "env", "verify", "identify", "info", "devices", "list", "materials", "completions"] {
         let help =
             text(&Command::new(env!("CARGO_BIN_EXE_brdf-baker")).args([command, "--help"]).output().unwrap().stdout);
         let examples = help.split("Examples:").nth(1).unwrap_or_else(|| panic!("{command} --help has no examples"));
@@ -491,6 +491,75 @@ fn one_environment_gives_specular_irradiance_and_harmonics() {
         assert!(succeeds(here, &["verify", file, "--source", "sky.hdr"]).contains("right"), "{file}");
     }
     fails(here, &["env", "sky.hdr", "-o", "b.hdr", "--shape", "equirect"], &["holds one level", "--mips 1"]);
+}
+
+#[test]
+fn foreign_tables_are_identified_and_verified() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let bake = ["bake", "split-sum", "-o", "a.png", "--size", "48x32", "--encoding", "rgb8unorm", "--flip-v"];
+    succeeds(here, &[&bake as &[&str], &["--visibility", "schlick-ggx"]].concat());
+    // Without its texts it says nothing, and has an alpha channel as pictures have.
+    image::open(here.join("a.png")).unwrap().to_rgba8().save(here.join("b.png")).unwrap();
+    let line = succeeds(here, &["identify", "b.png"]);
+    for words in
+        ["b.png  48x32", "certain", "R = scale, G = bias", "roughness descending", "schlick-ggx", "1 differs from 2"]
+    {
+        assert!(line.contains(words), "'{words}' is not in: {line}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&succeeds(here, &["identify", "b.png", "--json"])).unwrap();
+    assert_eq!((&json["verdict"], &json["fits"][0]["geometry"]), (&"certain".into(), &"schlick-ggx".into()));
+    assert!(json["fits"][0]["max_error"].as_f64().unwrap() <= 0.5 / 255.0 + 1e-6);
+
+    // What cannot be told from the texels is not hidden.
+    succeeds(here, &["bake", "albedo", "-o", "copper.exr", "--size", "16", "--material", "copper"]);
+    let output = run(here, &["identify", "copper.exr"]);
+    let line = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        line.contains("none") && line.contains("says of itself: red,green,blue of albedo ggx smith conductor"),
+        "{line}"
+    );
+
+    // Verified as what it is found to be, and as what it is said to be.
+    assert!(succeeds(here, &["verify", "b.png"]).contains("identified, certain): right"));
+    let said = ["verify", "b.png", "--ndf", "ggx", "--visibility", "schlick-ggx", "--flip-v"];
+    assert!(succeeds(here, &said).contains("stated): right"));
+    for (extra, code) in [
+        (vec!["--max-error", "0.002"], 0),
+        (vec!["--max-error", "0.0001"], 1),
+        (vec!["--ndf", "ggx", "--visibility", "smith", "--flip-v"], 1),
+        (vec!["--ndf", "ggx", "--visibility", "schlick-ggx"], 1),
+    ] {
+        let output = run(here, &[vec!["verify", "b.png"], extra.clone()].concat());
+        assert_eq!(output.status.code(), Some(code), "{extra:?}: {}", text(&output.stderr));
+    }
+
+    // Bare texels, rows from the top.
+    let texels: Vec<u8> = image::open(here.join("a.png")).unwrap().to_rgb8().into_raw();
+    std::fs::write(here.join("c.bin"), &texels).unwrap();
+    let raw = ["identify", "c.bin", "--size", "48x32", "--encoding", "rgb8unorm"];
+    assert!(succeeds(here, &raw).contains("schlick-ggx"));
+
+    // What is no table ends with 1, what cannot be read with 2.
+    image::RgbImage::from_fn(32, 32, |x, y| image::Rgb([(x * 8) as u8, (y * 8) as u8, 90]))
+        .save(here.join("d.png"))
+        .unwrap();
+    for command in ["identify", "verify"] {
+        let output = run(here, &[command, "d.png"]);
+        assert_eq!(output.status.code(), Some(1), "{command}: {}", text(&output.stderr));
+    }
+    assert!(text(&run(here, &["identify", "d.png"]).stdout).contains("none"));
+    image::RgbImage::from_pixel(3, 3, image::Rgb([1, 2, 3])).save(here.join("e.png")).unwrap();
+    fails(here, &["identify", "e.png"], &["3x3", "at least 4"]);
+    fails(here, &["identify", "c.bin"], &["c.bin", "--size WxH --encoding"]);
+    fails(here, &["identify", "c.bin", "--size", "48"], &["--encoding"]);
+    fails(here, &["identify", "c.bin", "--size", "40", "--encoding", "rgb8unorm"], &["4608 bytes", "4800"]);
+    fails(here, &["identify", "missing.png"], &["missing.png"]);
+    fails(here, &["verify", "b.png", "--ndf", "ggx", "--visibility", "smiht"], &["smiht", "smith"]);
+    fails(here, &["verify", "a.png", "--ndf", "ggx", "--visibility", "smith"], &["a.png", "says itself", "--ndf"]);
+    std::fs::write(here.join("cut.png"), &std::fs::read(here.join("b.png")).unwrap()[..900]).unwrap();
+    fails(here, &["identify", "cut.png"], &["cut.png", "PNG"]);
 }
 
 #[test]

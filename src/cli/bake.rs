@@ -152,7 +152,7 @@ fn fresnel(ior: Option<f64>, eta_k: Option<&[f64]>, material: Option<&str>) -> R
 }
 
 /// `N` or `WxH`.
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
+pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let number = |s: &str| s.parse::<u32>().map_err(|_| format!("'{s}' is not a number of texels"));
     match text.split_once('x') {
         None => number(text).map(|n| (n, n)),

@@ -3,6 +3,8 @@
 mod bake;
 pub mod console;
 mod env;
+mod foreign;
+mod identify;
 mod info;
 mod list;
 mod materials;
@@ -72,11 +74,16 @@ Examples:
   brdf-baker env sky.hdr -o diffuse.hdr --kernel lambert --shape equirect"
     )]
     Env(Box<env::EnvArgs>),
-    /// Check a baked file against an independent f64 integration; exit code 1 if it is wrong
+    /// Check a baked file, or a table that others made, against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2
   brdf-baker verify dfg.ktx2 --full --json")]
     Verify(verify::VerifyArgs),
+    /// Say what a table of unknown origin is: model, channels, axes, encoding; exit code 1 if nothing fits
+    #[command(after_help = "Examples:
+  brdf-baker identify brdf_lut.png
+  brdf-baker identify dfg.bin --size 64 --encoding rg16f --json")]
+    Identify(identify::IdentifyArgs),
     /// Print what a baked file is: model, axes, channels, conventions, measured error
     #[command(after_help = "Examples:
   brdf-baker info dfg.ktx2
@@ -124,6 +131,7 @@ pub fn run(args: Args) -> Result<()> {
         Command::Bake(bake) => bake.run(&args.global, &mut console),
         Command::Env(env) => env.run(&args.global, &mut console),
         Command::Verify(verify) => verify.run(&mut console),
+        Command::Identify(identify) => identify.run(&mut console),
         Command::Info { file } => info::run(&file, &mut console),
         Command::Devices => list::devices(&mut console),
         Command::List { what } => list::run(what, &mut console),

@@ -12,10 +12,11 @@ use brdf_baker::{Error, Result, report};
 use serde_json::{Value, json};
 
 use super::console::Console;
+use super::foreign::{self, ModelArgs};
 
 #[derive(clap::Args)]
 pub struct VerifyArgs {
-    /// A file that brdf-baker wrote
+    /// A file that brdf-baker wrote, or a table that others made
     file: PathBuf,
     /// Check every texel, not a sample
     #[arg(long)]
@@ -25,12 +26,14 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "INPUT")]
     source: Option<PathBuf>,
     /// Largest error that passes, rounding included: of tables absolute up to 1 and relative beyond, of environments
-    /// relative [default: what the bake is held to]
+    /// relative [default: what the bake is held to; of a table that others made, a step of its encoding]
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     max_error: Option<f64>,
     /// Also write what was found as one page: texels, errors, slices, laws, conventions
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    model: ModelArgs,
 }
 
 /// A file under test, and what is wanted beside the verdict.
@@ -51,6 +54,17 @@ impl VerifyArgs {
                 "give a number of at least 0, e.g. 1e-3",
             ));
         }
+        if let Some(picture) = foreign::picture(&self.file)? {
+            if self.report.is_some() || self.source.is_some() {
+                let what = format!(
+                    "'{}' was made by others: --report and --source need a file of this program",
+                    self.file.display()
+                );
+                return Err(Error::usage(what, "drop them; --json has the figures"));
+            }
+            return foreign::verify(&self.file, &picture, &self.model, self.max_error, self.full, console);
+        }
+        self.model.refuse(&self.file)?;
         let page = self.report.map(prepare_page).transpose()?;
         let (texture, encoding) = format::for_path(&self.file)?.read(&self.file)?;
         let named = |e: Error| Error::input(&self.file, e.to_string(), e.help().to_string());

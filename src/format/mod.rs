@@ -14,6 +14,7 @@ mod fingerprint;
 mod hdr;
 mod ktx2;
 mod output;
+pub mod picture;
 mod png;
 mod sh;
 

@@ -4,6 +4,7 @@ pub mod certificate;
 pub mod cube;
 pub mod cube_truth;
 pub mod environment;
+pub mod identify;
 pub mod law;
 pub mod seams;
 pub mod table;
