@@ -111,7 +111,7 @@ function environmentPage() {
             level.seams ? number(`report.levels.${i}.seams.across`) : "", level.seams ? number(`report.levels.${i}.seams.within`) : ""];
         return section("Light in every mip", tableOf(["", "mean radiance (r g b)", "brightest", "relative variance", "roughness of seams", "of the inside"],
             result.report.levels.map(row)),
-            element("p", { class: "note below" }, "The mean over the sphere stays nearly the same from mip to mip, peak and variance fall. Where faces meet, " +
+            element("p", { class: "note below" }, "The mean over the sphere stays nearly the same from mip to mip (a few texels are a coarse sample of it), peak and variance fall. Where faces meet, " +
                 "steps between texels should be as regular as inside of them."));
     }
 
