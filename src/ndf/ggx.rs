@@ -62,7 +62,7 @@ pub fn sigma(n_dot_x: f64, alpha: f64) -> f64 {
 }
 
 /// An anisotropic lobe seen from one azimuth: ax = alpha √(2/(1 + ratio²)), ay = ratio ax, as in OpenPBR 1.1 (its
-/// anisotropy is 1 − ratio). Burley 2012, appendix B; Heitz 2014, section 5.4.
+/// anisotropy is 1 − ratio). Burley 2012, appendix B; Heitz 2014.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipse {
     /// Widths along x and y; the mean of their squares is the lobe's alpha².
@@ -101,7 +101,7 @@ impl Ellipse {
         1.0 / (std::f64::consts::PI * ax * ay * w * w)
     }
 
-    /// Smith's projected area of a unit vector in the ellipse's axes. Heitz 2014, section 5.4.
+    /// Smith's projected area of a unit vector in the ellipse's axes. Heitz 2014.
     pub fn sigma(&self, [x, y, z]: [f64; 3]) -> f64 {
         let [ax, ay] = self.alpha;
         0.5 * (z + (ax * ax * x * x + ay * ay * y * y + z * z).sqrt())

@@ -6,7 +6,7 @@ use super::{Optics, Term, Weights};
 pub static SCHLICK: Term = Term {
     name: "schlick",
     about: "Schlick's split, F0 (1 - w) + F90 w with w = (1 - v.h)^5, and the F82 tint's v.h (1 - v.h)^6",
-    source: "Schlick 1994, Eq. 15; Kutz, Hasan, Edmondson 2021, Novel Aspects of the Adobe Standard Material, section 2.3",
+    source: "Schlick 1994, Eq. 15; Kutz, Hasan, Edmondson 2021, Novel Aspects of the Adobe Standard Material",
     file: "schlick",
     weights,
     kink: None,
