@@ -187,11 +187,12 @@ fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right:
     );
     for c in &report.channels {
         text.push_str(&format!(
-            "\n  {:10} max error {:.2e} at texel ({}, {}), rms {:.2e}, median {:.2e}, correctly rounded {:.2} %",
+            "\n  {:10} max error {:.2e} at texel ({}, {}), {}, rms {:.2e}, median {:.2e}, correctly rounded {:.2} %",
             c.name,
             c.worst,
             c.worst_texel[0],
             c.worst_texel[1],
+            place(job, c.worst_texel),
             c.rms,
             c.median,
             100.0 * c.correctly_rounded
@@ -205,5 +206,16 @@ fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right:
         "\n  twin       {} texels by the same rule in f64, max difference {:.2e}",
         report.twin_texels, report.twin_worst
     ));
+    let tolerance = job.tolerance();
+    text.push_str(&format!(
+        "\n  bound      {:.0e} before rounding, {:.0e} nearer to 0 than 1/1024",
+        tolerance.worst, tolerance.near_zero
+    ));
     text
+}
+
+/// The coordinates of a texel, in words.
+fn place(job: &TableJob, [x, y]: [u32; 2]) -> String {
+    let axes = job.axes.iter().zip([x, y]).map(|(axis, i)| format!("{} {:.4}", axis.coordinate.name(), axis.at(i)));
+    axes.collect::<Vec<_>>().join(" ")
 }
