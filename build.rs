@@ -15,7 +15,6 @@ mod quadrature {
     pub mod gauss_legendre;
 }
 #[path = "src/rule/azimuth_nodes.rs"]
-#[allow(dead_code)]
 mod azimuth_nodes;
 #[path = "src/rule/cone_nodes.rs"]
 #[allow(dead_code, reason = "the library uses the rest")]

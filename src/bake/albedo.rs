@@ -22,12 +22,9 @@ static FACTS: Facts = Facts {
     about: "directional albedo, for energy compensation: with F = 1, an exact dielectric or an exact conductor",
     source: "Kulla, Conty 2017, Revisiting Physically Based Shading at Imageworks",
     usage: "energy lost by single scattering = 1 - albedo",
-    channels: |fresnel| match fresnel.term.name {
-        "dielectric" | "internal" => &CHANNELS[..2],
-        "conductor" => &CONDUCTOR_CHANNELS,
-        _ => &CHANNELS[..1],
-    },
-    default_channels,
+    channels: |fresnel| by_reflectances(fresnel, &CHANNELS[..1], &CHANNELS, &CONDUCTOR_CHANNELS),
+    // F = 1 answers only where no Fresnel term was given.
+    default_channels: |fresnel| by_reflectances(fresnel, &["albedo"], &["reflected"], &["red", "green", "blue"]),
     fresnel: Fresnel::ONE,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
     rule: Model::rule_name,
@@ -39,7 +36,8 @@ static FACTS: Facts = Facts {
     },
 };
 
-const fn channel(name: &'static str, meaning: &'static str) -> Channel {
+/// A channel of shares, in [0, 1].
+pub(super) const fn channel(name: &'static str, meaning: &'static str) -> Channel {
     Channel { name, meaning, range: [0.0, 1.0] }
 }
 
@@ -52,12 +50,12 @@ static CONDUCTOR_CHANNELS: [Channel; 4] = [
     channel("blue", "directional albedo with the exact F of blue"),
 ];
 
-/// The channels that answer the question that was asked: F = 1 only where no Fresnel term was given.
-fn default_channels(fresnel: &Fresnel) -> &'static [&'static str] {
+/// What fits a Fresnel term of no reflectance beside F = 1, of one (a dielectric's), or of red, green and blue.
+pub(super) fn by_reflectances<T>(fresnel: &Fresnel, none: T, one: T, three: T) -> T {
     match fresnel.term.name {
-        "dielectric" | "internal" => &["reflected"],
-        "conductor" => &["red", "green", "blue"],
-        _ => &["albedo"],
+        "dielectric" | "internal" => one,
+        "conductor" => three,
+        _ => none,
     }
 }
 

@@ -9,6 +9,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use super::albedo::{by_reflectances, channel};
 use super::grid::Grid;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
@@ -60,16 +61,8 @@ static FACTS: Facts = Facts {
     about: "hemispherical mean of the albedo over roughness, for energy compensation",
     source: "Kulla, Conty 2017, Revisiting Physically Based Shading at Imageworks",
     usage: "multiple scattering lobe = (1 - E(n_dot_l)) * (1 - E(n_dot_v)) / (pi * (1 - average))",
-    channels: |fresnel| match fresnel.term.name {
-        "dielectric" | "internal" => &CHANNELS[..2],
-        "conductor" => &CONDUCTOR_CHANNELS,
-        _ => &CHANNELS[..1],
-    },
-    default_channels: |fresnel| match fresnel.term.name {
-        "dielectric" | "internal" => &["reflected"],
-        "conductor" => &["red", "green", "blue"],
-        _ => &["average"],
-    },
+    channels: |fresnel| by_reflectances(fresnel, &CHANNELS[..1], &CHANNELS, &CONDUCTOR_CHANNELS),
+    default_channels: |fresnel| by_reflectances(fresnel, &["average"], &["reflected"], &["red", "green", "blue"]),
     fresnel: Fresnel::ONE,
     axes: &[Coordinate::Roughness],
     rule: |model| format!("{} Gauss-Legendre nodes of sqrt(n_dot_v) x {}", nodes(model).len(), model.rule_name()),
@@ -80,10 +73,6 @@ static FACTS: Facts = Facts {
         why: "256 centers and edges, both Smith terms, llvmpipe 22.3.6: 2e-7 worst, 5e-8 median",
     },
 };
-
-const fn channel(name: &'static str, meaning: &'static str) -> Channel {
-    Channel { name, meaning, range: [0.0, 1.0] }
-}
 
 static CHANNELS: [Channel; 2] = [
     channel("average", "2 * integral of albedo * n_dot_v, F = 1"),

@@ -57,11 +57,15 @@ impl Model {
     pub fn method(&self) -> Method {
         if self.is_anisotropic() {
             Method::ConeElliptic
-        } else if std::ptr::eq(self.ndf.family, &ggx::GGX) && self.is_smooth() {
+        } else if self.is_ggx() && self.is_smooth() {
             Method::Cone
         } else {
             Method::HSplit
         }
+    }
+
+    fn is_ggx(&self) -> bool {
+        std::ptr::eq(self.ndf.family, &ggx::GGX)
     }
 
     fn is_smooth(&self) -> bool {
@@ -70,7 +74,7 @@ impl Model {
 
     /// The lobe is not round.
     pub fn is_anisotropic(&self) -> bool {
-        self.ndf.lobe(1.0).is_some_and(|lobe| self.ndf.ellipse(&lobe).is_some())
+        self.is_ggx() && self.ndf.lobe(1.0).is_some_and(|lobe| self.ndf.ellipse(&lobe).is_some())
     }
 
     /// Refuses what no rule computes.

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use brdf_baker::axis::{self, Axis, Coordinate};
 use brdf_baker::bake::{MAX_SIZE, TableRequest};
-use brdf_baker::format::{self, picture::Picture};
-use brdf_baker::texture::Shape;
+use brdf_baker::format::{self, Encoding, picture::Picture};
+use brdf_baker::texture::{Shape, Texture};
 use brdf_baker::verify::identify::{
     Content, Hypothesis, Layout, Points, Quantity, Side, Transfer, Verdict, Warp, identify, measure,
 };
@@ -51,18 +51,23 @@ impl ModelArgs {
 /// Texels a side that a check looks at unless all are asked for.
 const SPOT: u32 = 64;
 
-/// The picture in a file that does not say what it holds; `None` for a file that does.
-pub fn picture(path: &Path) -> Result<Option<Picture>> {
-    let own = format::for_path(path).and_then(|format| format.read(path));
-    match &own {
-        Ok((texture, _)) if texture.shape != Shape::Table || texture.meta.get("table").is_some() => Ok(None),
-        Ok(_) => Picture::read(path).map(Some),
+/// A file, read.
+pub enum File {
+    /// It says what it holds.
+    Own(Texture, Encoding),
+    /// It does not.
+    Others(Picture),
+}
+
+/// Reads a file of either kind.
+pub fn read(path: &Path) -> Result<File> {
+    match format::for_path(path).and_then(|format| format.read(path)) {
+        Ok((texture, encoding)) if texture.shape != Shape::Table || texture.meta.get("table").is_some() => {
+            Ok(File::Own(texture, encoding))
+        }
+        Ok(_) => Picture::read(path).map(File::Others),
         // Others' files may hold what ours do not. What nobody can read is told as of a file of ours.
-        Err(_) => match (Picture::read(path), own) {
-            (Ok(picture), _) => Ok(Some(picture)),
-            (Err(_), Err(own)) => Err(own),
-            (Err(other), Ok(_)) => Err(other),
-        },
+        Err(own) => Picture::read(path).map(File::Others).map_err(|_| own),
     }
 }
 

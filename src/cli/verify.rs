@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use brdf_baker::bake::TableJob;
-use brdf_baker::format::{self, Output};
+use brdf_baker::format::Output;
 use brdf_baker::progress::Progress;
 use brdf_baker::texture::Shape;
 use brdf_baker::verify::certificate::{Certificate, Verdict};
@@ -12,7 +12,7 @@ use brdf_baker::{Error, Result, report};
 use serde_json::{Value, json};
 
 use super::console::Console;
-use super::foreign::{self, ModelArgs};
+use super::foreign::{self, File, ModelArgs};
 
 #[derive(clap::Args)]
 pub struct VerifyArgs {
@@ -54,19 +54,21 @@ impl VerifyArgs {
                 "give a number of at least 0, e.g. 1e-3",
             ));
         }
-        if let Some(picture) = foreign::picture(&self.file)? {
-            if self.report.is_some() || self.source.is_some() {
+        let (texture, encoding) = match foreign::read(&self.file)? {
+            File::Own(texture, encoding) => (texture, encoding),
+            File::Others(_) if self.report.is_some() || self.source.is_some() => {
                 let what = format!(
                     "'{}' was made by others: --report and --source need a file of this program",
                     self.file.display()
                 );
                 return Err(Error::usage(what, "drop them; --json has the figures"));
             }
-            return foreign::verify(&self.file, &picture, &self.model, self.max_error, self.full, console);
-        }
+            File::Others(picture) => {
+                return foreign::verify(&self.file, &picture, &self.model, self.max_error, self.full, console);
+            }
+        };
         self.model.refuse(&self.file)?;
         let page = self.report.map(prepare_page).transpose()?;
-        let (texture, encoding) = format::for_path(&self.file)?.read(&self.file)?;
         let named = |e: Error| Error::input(&self.file, e.to_string(), e.help().to_string());
         let certificate = Certificate::texels(&texture, encoding).map_err(named)?;
         let extent = match (self.full, certificate.several_changed) {

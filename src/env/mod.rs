@@ -189,6 +189,18 @@ impl Equirect {
     }
 }
 
+/// For tests: uneven radiance, no two neighbours alike.
+#[cfg(test)]
+fn speckle(height: u32) -> Equirect {
+    let mut state = 1u32;
+    Equirect::from_fn(height, |_, _| {
+        std::array::from_fn(|_| {
+            state = state.wrapping_mul(1664525).wrapping_add(1013904223);
+            (state >> 16) as f32 / 65536.0 + if state >> 26 == 0 { 5.0 } else { 0.0 }
+        })
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -306,17 +306,7 @@ fn wrapped(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Uneven radiance: no two neighbours alike.
-    fn speckle(height: u32) -> Equirect {
-        let mut state = 1u32;
-        Equirect::from_fn(height, |_, _| {
-            std::array::from_fn(|_| {
-                state = state.wrapping_mul(1664525).wrapping_add(1013904223);
-                (state >> 16) as f32 / 65536.0 + if state >> 26 == 0 { 5.0 } else { 0.0 }
-            })
-        })
-    }
+    use crate::env::speckle;
 
     /// The mean over a texel by a fine grid of points, weighted by how far apart they are.
     fn sampled(source: &Equirect, projection: Projection, size: u32, x: u32, y: u32) -> [f64; 3] {

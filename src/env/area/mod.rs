@@ -68,22 +68,11 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::env::{CubeMap, Equirect, Frame};
+    use crate::env::{CubeMap, Equirect, Frame, speckle};
     use crate::progress::ignore;
 
     fn resampled<'a>(environment: impl Into<Environment<'a>>, size: u32) -> Vec<f32> {
         cube(environment, size, &mut ignore).expect("nobody cancels")
-    }
-
-    /// Uneven radiance: no two neighbours alike.
-    fn speckle(height: u32) -> Equirect {
-        let mut state = 1u32;
-        Equirect::from_fn(height, |_, _| {
-            std::array::from_fn(|_| {
-                state = state.wrapping_mul(1664525).wrapping_add(1013904223);
-                (state >> 16) as f32 / 65536.0 + if state >> 26 == 0 { 5.0 } else { 0.0 }
-            })
-        })
     }
 
     /// Uneven radiance on a cube.
