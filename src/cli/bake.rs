@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use brdf_baker::axis::Points;
 use brdf_baker::bake::{Backend, TableRequest};
-use brdf_baker::format::{self, Encoding, Fingerprint, Output};
+use brdf_baker::format::{self, Encoding, Output};
 use brdf_baker::material;
 use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::texture::Shape;
@@ -15,6 +15,7 @@ use serde_json::json;
 
 use super::Global;
 use super::console::Console;
+use super::storage::StorageArgs;
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
@@ -56,6 +57,8 @@ pub struct BakeArgs {
     /// How texels are stored [default: half float where the container has it]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
+    #[command(flatten)]
+    storage: StorageArgs,
 }
 
 impl BakeArgs {
@@ -79,6 +82,7 @@ impl BakeArgs {
         let wanted = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let format = format::for_path(&self.output)?;
         let encoding = format::choose(format, Shape::Table, job.channels.len(), wanted)?;
+        let storage = self.storage.of(format, encoding)?;
         for channel in job.channel_facts() {
             let [low, high] = job.range(channel);
             format::check_range(&self.output, format, encoding, channel.name, &(low..=high))?;
@@ -99,8 +103,8 @@ impl BakeArgs {
         texture.meta.set("error.median", format!("{:.2e}", report.median()));
         texture.meta.set("error.bound", format!("{:.0e}", job.tolerance().worst));
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
-        Fingerprint::of(&texture, encoding)?.state(&mut texture.meta);
-        let written = output.commit(format, &texture, encoding)?;
+        format::certify(&mut texture, storage)?;
+        let written = output.commit(format, &texture, storage)?;
 
         let seconds = start.elapsed().as_secs_f64();
         let (width, height) = job.size();

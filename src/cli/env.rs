@@ -8,7 +8,7 @@ use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
 use brdf_baker::env::import::{self, Imported, Options};
 use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh::{self, Window};
-use brdf_baker::format::{self, Encoding, Fingerprint, Format, Output};
+use brdf_baker::format::{self, Encoding, Format, Output, Steps, Storage};
 use brdf_baker::progress::Progress;
 use brdf_baker::term::zonal::ZONALS;
 use brdf_baker::texture::Texture;
@@ -21,6 +21,7 @@ use serde_json::json;
 use super::Global;
 use super::console::Console;
 use super::source::{self, SourceArgs};
+use super::storage::StorageArgs;
 use super::verify::{Checked, exceeds};
 
 #[derive(clap::Args)]
@@ -51,6 +52,8 @@ pub struct EnvArgs {
     /// How texels are stored [default: half floats where the format has them]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
+    #[command(flatten)]
+    storage: StorageArgs,
     /// Also write the irradiance over pi, one level of the same shape
     #[arg(long, value_name = "FILE")]
     irradiance: Option<PathBuf>,
@@ -75,21 +78,22 @@ struct Wanted {
     path: PathBuf,
     job: SpecularJob,
     format: &'static dyn Format,
-    encoding: Encoding,
+    storage: Storage,
     output: Output,
 }
 
 impl Wanted {
-    fn new(path: PathBuf, request: &SpecularRequest, encoding: Option<&str>) -> Result<Wanted> {
+    fn new(path: PathBuf, request: &SpecularRequest, encoding: Option<&str>, storage: &StorageArgs) -> Result<Wanted> {
         let job = request.resolve()?;
         let format = format::for_path(&path)?;
         let encoding = format::choose(format, job.shape(), 3, encoding.map(Encoding::parse).transpose()?)?;
+        let storage = storage.of(format, encoding)?;
         if job.mips > 1 && !format.holds_mips() {
             let what = format!("{} holds one level, not the {} of '{}'", format.name(), job.mips, path.display());
             return Err(Error::usage(what, "use --mips 1, or write a .ktx2 or .exr file"));
         }
         let output = Output::prepare(&path)?;
-        Ok(Wanted { path, job, format, encoding, output })
+        Ok(Wanted { path, job, format, storage, output })
     }
 
     /// Bakes, and refuses to go on with a result that its own check finds wrong.
@@ -114,7 +118,7 @@ impl Wanted {
         texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
         texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
         texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
-        Fingerprint::of(&texture, self.encoding)?.state(&mut texture.meta);
+        format::certify(&mut texture, self.storage)?;
         Ok(Baked { texture, rms, worst, texels })
     }
 
@@ -127,9 +131,10 @@ impl Wanted {
         backend: &Backend,
         console: &mut Console,
     ) -> Result<()> {
-        let Wanted { path, job, format, encoding, output } = self;
+        let Wanted { path, job, format, storage, output } = self;
+        let encoding = storage.encoding;
         let Baked { texture, rms, worst, texels } = baked;
-        let written = output.commit(format, texture, encoding)?;
+        let written = output.commit(format, texture, storage)?;
         if written.rounding.clamped > 0 {
             console.warn(&format!(
                 "{} values of '{}' exceed what {} holds and were clamped; --encoding rgba32f keeps them",
@@ -216,12 +221,12 @@ impl EnvArgs {
         };
         let mut wanted = vec![];
         if let Some(path) = self.output {
-            wanted.push(Wanted::new(path, &request, encoding)?);
+            wanted.push(Wanted::new(path, &request, encoding, &self.storage)?);
         }
         if let Some(path) = self.irradiance {
             let size = Some(self.irradiance_size);
             let request = SpecularRequest { kernel: "lambert".into(), size, mips: None, ..request };
-            wanted.push(Wanted::new(path, &request, encoding)?);
+            wanted.push(Wanted::new(path, &request, encoding, &self.storage)?);
         }
         sh::check_order(self.sh_order)?;
         let window = Window::parse(&self.sh_window)?;
@@ -291,6 +296,7 @@ pub fn verify(
 ) -> Result<()> {
     let file = checked.file.as_path();
     let job = SpecularJob::from_meta(texture).map_err(|e| Error::input(file, e.to_string(), e.help().to_string()))?;
+    let steps = Steps::of(encoding, &texture.meta)?;
     let on = &mut |p: Progress<'_>| console.progress(p);
     let imported = match source {
         Some(source) => Some(import::read(source, &Options::from_meta(&texture.meta)?, on)?),
@@ -298,10 +304,10 @@ pub fn verify(
     };
     let source = imported.as_ref().map(|i| &i.environment);
     let report = match source {
-        Some(source) => cube::check_with_source(&job, texture, source, encoding, checked.extent, on)?,
-        None => cube::check(&job, texture, encoding, checked.extent, on)?,
+        Some(source) => cube::check_with_source(&job, texture, source, steps, checked.extent, on)?,
+        None => cube::check(&job, texture, steps, checked.extent, on)?,
     };
-    let certificate = certificate.environment(&job, &texture.meta, &report, encoding);
+    let certificate = certificate.environment(&job, &texture.meta, &report, &steps);
     let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
     let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
     if let Some(most) = checked.max_error {
