@@ -346,7 +346,7 @@ fn own(request: &TableRequest, file: &str, encoding: Option<&str>) -> Report {
     let format = for_path(&path).unwrap();
     let encoding = encoding.map(|e| Encoding::parse(e).unwrap());
     let encoding = encoding.or(format.default_encoding(texture.shape, texture.channels.len())).unwrap();
-    std::fs::write(&path, format.to_bytes(&path, &texture, encoding).unwrap()).unwrap();
+    std::fs::write(&path, format.to_bytes(&path, &texture, encoding.into()).unwrap()).unwrap();
     run(&Picture::read(&path).unwrap())
 }
 
@@ -541,7 +541,7 @@ fn damaged_files_end_in_errors() {
     let mut files = vec![std::fs::read(golden("bevy_dfg.ktx2")).unwrap(), half_dds()];
     for format in formats() {
         let encoding = format.default_encoding(texture.shape, 2).unwrap();
-        files.push(format.to_bytes(Path::new("a"), &texture, encoding).unwrap());
+        files.push(format.to_bytes(Path::new("a"), &texture, encoding.into()).unwrap());
     }
     let mut cuts = 0;
     for bytes in files {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use brdf_baker::axis::Points;
 use brdf_baker::bake::{Backend, TableRequest};
-use brdf_baker::format::{self, Encoding, Fingerprint, Output};
+use brdf_baker::format::{self, Encoding, Output};
 use brdf_baker::material;
 use brdf_baker::target::{self, Choice};
 use brdf_baker::term::fresnel::Fresnel;
@@ -16,6 +16,7 @@ use serde_json::json;
 
 use super::Global;
 use super::console::Console;
+use super::storage::StorageArgs;
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
@@ -70,6 +71,8 @@ pub struct BakeArgs {
     /// How texels are stored [default: half float where the container has it]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
+    #[command(flatten)]
+    storage: StorageArgs,
 }
 
 impl BakeArgs {
@@ -121,6 +124,7 @@ impl BakeArgs {
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
         let channels = job.channels.len();
         let encoding = choice.encoding(format, Shape::Table, channels, given, of_preset)?;
+        let storage = self.storage.of(format, encoding)?;
         if let Some(preset) = preset {
             choice.container(format, preset.extension);
         }
@@ -146,8 +150,8 @@ impl BakeArgs {
         texture.meta.set("error.median", format!("{:.2e}", report.median()));
         texture.meta.set("error.bound", format!("{:.0e}", job.loosest().worst));
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
-        Fingerprint::of(&texture, encoding)?.state(&mut texture.meta);
-        let written = output.commit(format, &texture, encoding)?;
+        format::certify(&mut texture, storage)?;
+        let written = output.commit(format, &texture, storage)?;
 
         let seconds = start.elapsed().as_secs_f64();
         let (width, height) = job.size();

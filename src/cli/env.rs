@@ -9,7 +9,7 @@ use brdf_baker::env::FileAxes;
 use brdf_baker::env::import::{self, Imported, Options};
 use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh::{self, Window};
-use brdf_baker::format::{self, Encoding, Fingerprint, Format, Output};
+use brdf_baker::format::{self, Encoding, Format, Output, Steps, Storage};
 use brdf_baker::progress::Progress;
 use brdf_baker::target::{self, Choice, EnvironmentPreset, Target};
 use brdf_baker::term::zonal::ZONALS;
@@ -23,6 +23,7 @@ use serde_json::json;
 use super::Global;
 use super::console::Console;
 use super::source::{self, SourceArgs};
+use super::storage::StorageArgs;
 use super::verify::{Checked, exceeds};
 
 /// Texels along an edge of the irradiance unless told otherwise.
@@ -65,6 +66,8 @@ pub struct EnvArgs {
     /// How texels are stored [default: half floats where the format has them]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
+    #[command(flatten)]
+    storage: StorageArgs,
     /// Also write the irradiance over pi, one level of the same shape
     #[arg(long, value_name = "FILE")]
     irradiance: Option<PathBuf>,
@@ -89,24 +92,26 @@ struct Wanted {
     path: PathBuf,
     job: SpecularJob,
     format: &'static dyn Format,
-    encoding: Encoding,
+    storage: Storage,
     output: Output,
     choice: Choice,
 }
 
 /// How a map is stored, as the user and the target word it.
 #[derive(Clone, Copy)]
-struct Stored {
+struct Stored<'a> {
     given: Option<Encoding>,
     preset: Option<&'static EnvironmentPreset>,
+    args: &'a StorageArgs,
 }
 
 impl Wanted {
-    fn new(path: PathBuf, request: &SpecularRequest, stored: Stored, mut choice: Choice) -> Result<Wanted> {
+    fn new(path: PathBuf, request: &SpecularRequest, stored: Stored<'_>, mut choice: Choice) -> Result<Wanted> {
         let job = request.resolve()?;
         let format = format::for_path(&path)?;
         let of_preset = stored.preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
         let encoding = choice.encoding(format, job.shape(), 3, stored.given, of_preset)?;
+        let storage = stored.args.of(format, encoding)?;
         if let Some(preset) = stored.preset {
             choice.container(format, preset.extension);
         }
@@ -115,7 +120,7 @@ impl Wanted {
             return Err(Error::usage(what, "use --mips 1, or write a .ktx2 or .exr file"));
         }
         let output = Output::prepare(&path)?;
-        Ok(Wanted { path, job, format, encoding, output, choice })
+        Ok(Wanted { path, job, format, storage, output, choice })
     }
 
     /// Bakes, and refuses to go on with a result that its own check finds wrong.
@@ -141,7 +146,7 @@ impl Wanted {
         texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
         texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
         texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
-        Fingerprint::of(&texture, self.encoding)?.state(&mut texture.meta);
+        format::certify(&mut texture, self.storage)?;
         Ok(Baked { texture, rms, worst, texels })
     }
 
@@ -154,9 +159,10 @@ impl Wanted {
         backend: &Backend,
         console: &mut Console,
     ) -> Result<()> {
-        let Wanted { path, job, format, encoding, output, choice } = self;
+        let Wanted { path, job, format, storage, output, choice } = self;
+        let encoding = storage.encoding;
         let Baked { texture, rms, worst, texels } = baked;
-        let written = output.commit(format, texture, encoding)?;
+        let written = output.commit(format, texture, storage)?;
         if written.rounding.clamped > 0 {
             console.warn(&format!(
                 "{} values of '{}' exceed what {} holds and were clamped; --encoding rgba32f keeps them",
@@ -235,7 +241,8 @@ impl EnvArgs {
         // Everything that can be refused is refused before any work.
         let target = self.target.as_deref().map(target::parse).transpose()?;
         let preset = target.map(Target::environment).transpose()?;
-        let stored = Stored { given: self.encoding.as_deref().map(Encoding::parse).transpose()?, preset };
+        let stored =
+            Stored { given: self.encoding.as_deref().map(Encoding::parse).transpose()?, preset, args: &self.storage };
         let mut choice = Choice::of(target);
         let shape = choice.pick("shape", self.shape, preset.map(|p| p.shape.into()), "cube".into());
         let size = choice.pick("size", self.size.map(Some), preset.map(|p| Some(p.size)), None);
@@ -260,8 +267,6 @@ impl EnvArgs {
         );
         let name = self.input.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let path = self.output.or_else(|| preset.map(|p| default_path(&name, p)));
-        console.overrides(&choice);
-
         let mut wanted = vec![];
         let mut irradiance = self.irradiance;
         let mut irradiance_size = self.irradiance_size;
@@ -281,7 +286,9 @@ impl EnvArgs {
                     }
                 }
             }
-            wanted.insert(0, Wanted::new(path, &request, stored, choice)?);
+            let map = Wanted::new(path, &request, stored, choice)?;
+            console.overrides(&map.choice);
+            wanted.insert(0, map);
         }
         if let Some(path) = irradiance {
             let size = Some(irradiance_size.unwrap_or(DIFFUSE_SIZE));
@@ -364,6 +371,7 @@ pub fn verify(
 ) -> Result<()> {
     let file = checked.file.as_path();
     let job = SpecularJob::from_meta(texture).map_err(|e| Error::input(file, e.to_string(), e.help().to_string()))?;
+    let steps = Steps::of(encoding, &texture.meta)?;
     let on = &mut |p: Progress<'_>| console.progress(p);
     let imported = match source {
         Some(source) => Some(import::read(source, &Options::from_meta(&texture.meta)?, on)?),
@@ -371,10 +379,10 @@ pub fn verify(
     };
     let source = imported.as_ref().map(|i| &i.environment);
     let report = match source {
-        Some(source) => cube::check_with_source(&job, texture, source, encoding, checked.extent, on)?,
-        None => cube::check(&job, texture, encoding, checked.extent, on)?,
+        Some(source) => cube::check_with_source(&job, texture, source, steps, checked.extent, on)?,
+        None => cube::check(&job, texture, steps, checked.extent, on)?,
     };
-    let certificate = certificate.environment(&job, &texture.meta, &report, encoding);
+    let certificate = certificate.environment(&job, &texture.meta, &report, &steps);
     let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
     let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
     if let Some(most) = checked.max_error {

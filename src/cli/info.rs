@@ -24,6 +24,9 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
     line("size", &size);
     line("levels", &texture.levels.len().to_string());
     line("encoding", encoding.name);
+    if let Some(formula) = encoding.formula() {
+        line("decode", formula);
+    }
     line("channels", &texture.channels.join(","));
     for (key, value) in texture.meta.iter() {
         line(key, value);
@@ -47,6 +50,7 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
             "height": texture.height,
             "levels": texture.levels.len(),
             "encoding": encoding.name,
+            "decode": encoding.formula(),
             "channels": texture.channels,
             "meta": meta,
             "snippet": snippet,

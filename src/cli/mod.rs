@@ -9,6 +9,7 @@ mod info;
 mod list;
 mod materials;
 mod source;
+mod storage;
 mod verify;
 
 use std::path::PathBuf;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use brdf_baker::bake::TableJob;
-use brdf_baker::format::Output;
+use brdf_baker::format::{Output, Steps};
 use brdf_baker::progress::Progress;
 use brdf_baker::texture::Shape;
 use brdf_baker::verify::certificate::{Certificate, Verdict};
@@ -90,15 +90,16 @@ impl VerifyArgs {
             ));
         }
         let job = TableJob::from_meta(&texture).map_err(named)?;
+        let steps = Steps::of(encoding, &texture.meta).map_err(named)?;
         let on = &mut |p: Progress<'_>| console.progress(p);
-        let report = check(&job, &texture, Some(encoding), extent, on)?;
+        let report = check(&job, &texture, Some(steps), extent, on)?;
         let certificate = certificate.table(&job, &texture.meta, &report);
         let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
         if let Some(most) = checked.max_error {
             failures.extend(exceeds(report.worst(), most, "of a checked texel"));
         }
         let picture = match &checked.page {
-            Some(_) => Some(report::table::picture(&job, &texture, encoding, on)?),
+            Some(_) => Some(report::table::picture(&job, &texture, &steps, on)?),
             None => None,
         };
         let text = text(&self.file.display().to_string(), &job, encoding.name, &report, failures.is_empty());

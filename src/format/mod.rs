@@ -21,7 +21,9 @@ mod sh;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-pub use self::encoding::{ENCODINGS, Encoding, Repr, Rounding, decode, encode, rounding};
+pub use self::encoding::{
+    Compression, ENCODINGS, Effort, Encoding, Pictures, Repr, Rounding, Steps, Storage, decode, encode, rounding,
+};
 pub use self::exr::Exr;
 pub use self::fingerprint::{Changed, Fingerprint, SHA256};
 pub use self::hdr::Hdr;
@@ -45,8 +47,12 @@ pub trait Format: Sync {
     fn encodings(&self, shape: Shape) -> Vec<Encoding>;
     /// What is written when the user names no encoding: half float where the container has it.
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding>;
+    /// What it can do to its bytes.
+    fn compressions(&self) -> &'static [Compression] {
+        &[Compression::Plain]
+    }
     /// The file's bytes, with the texture's meta. `path` only names the file in an error.
-    fn to_bytes(&self, path: &Path, texture: &Texture, encoding: Encoding) -> Result<Vec<u8>>;
+    fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>>;
     /// The texture in a file that this tool wrote (others too where the container says enough), and its encoding.
     /// `path` only names the file in an error.
     fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)>;
@@ -129,12 +135,13 @@ pub fn check_range(
         _ if min.is_infinite() || max.is_infinite() => Some("holds an infinite value".to_string()),
         Repr::F16 | Repr::F32 => None,
         _ => [min, max].iter().find(|v| !held.contains(v)).map(|v| {
-            let depth = match encoding.repr {
-                Repr::Unorm8 => "8-bit ",
-                Repr::Unorm16 => "16-bit ",
-                _ => "",
+            let holder = match encoding.repr {
+                Repr::Unorm8 => format!("8-bit {}", format.name()),
+                Repr::Unorm16 => format!("16-bit {}", format.name()),
+                Repr::Rgbe8 => format.name().into(),
+                _ => encoding.name.into(),
             };
-            format!("reaches {v} but {depth}{} holds [{}, {}]", format.name(), held.start(), ShortFloat(*held.end()))
+            format!("reaches {v} but {holder} holds [{}, {}]", held.start(), ShortFloat(*held.end()))
         }),
     };
     match refused {
@@ -160,9 +167,36 @@ impl std::fmt::Display for ShortFloat {
     }
 }
 
+/// An error where the container cannot compress like this.
+pub fn check_compression(format: &dyn Format, compression: Compression) -> Result<()> {
+    if format.compressions().contains(&compression) {
+        return Ok(());
+    }
+    let others: Vec<String> = formats()
+        .iter()
+        .filter(|f| f.compressions().contains(&compression))
+        .map(|f| format!(".{}", f.extension()))
+        .collect();
+    let what = format!("{} is not compressed by {}", format.name(), compression.name());
+    Err(Error::usage(what, format!("drop --compression, or write a {} file", others.join(" or "))))
+}
+
+/// States in a texture's meta what a file that stores it so must say of its texels: their fingerprint, and what blocks lost.
+pub fn certify(texture: &mut Texture, storage: impl Into<Storage>) -> Result<()> {
+    let storage = storage.into();
+    if storage.encoding.repr.is_blocks() {
+        let rounding = rounding(texture, storage)?;
+        Steps::state(storage.encoding, &rounding, &mut texture.meta);
+    }
+    Fingerprint::of(texture, storage)?.state(&mut texture.meta);
+    Ok(())
+}
+
 /// What every writer checks first: the encoding, the lengths, the ranges and the meta.
-fn check(path: &Path, format: &dyn Format, texture: &Texture, encoding: Encoding) -> Result<()> {
+fn check(path: &Path, format: &dyn Format, texture: &Texture, storage: Storage) -> Result<()> {
+    let encoding = storage.encoding;
     choose(format, texture.shape, texture.channels.len(), Some(encoding))?;
+    check_compression(format, storage.compression)?;
     let cannot = |what: &str| Error::usage(format!("cannot write '{}': {what}", path.display()), "");
 
     // Sizes: the writers index by them.
@@ -193,7 +227,7 @@ fn check(path: &Path, format: &dyn Format, texture: &Texture, encoding: Encoding
     for (key, value) in texture.meta.iter() {
         let is_key = (1..=64).contains(&key.len())
             && key.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b"._-".contains(&b));
-        if !is_key || key == CHANNELS {
+        if !is_key || [CHANNELS, ENCODING, FORMULA].contains(&key) {
             return Err(cannot(&format!("'{}' cannot be a metadata key", key.escape_debug())));
         }
         if !is_line(value) {
@@ -231,14 +265,35 @@ fn is_line(text: &str) -> bool {
 const PREFIX: &str = "brdf-baker.";
 /// The key that carries the names of the channels.
 const CHANNELS: &str = "channels";
+/// The key of an encoding that a container cannot tell by itself: bytes that need a formula.
+const ENCODING: &str = "encoding";
+/// The key of that formula.
+const FORMULA: &str = "encoding.decode";
 /// What files name as their writer.
 const WRITER: &str = concat!("brdf-baker ", env!("CARGO_PKG_VERSION"));
 
-/// The pairs to write, with the channels and with the prefix.
-fn pairs(texture: &Texture) -> Vec<(String, String)> {
+/// The pairs to write, with the channels, with the encoding where it needs words, and with the prefix.
+fn pairs(texture: &Texture, encoding: Encoding) -> Vec<(String, String)> {
     let channels = std::iter::once((CHANNELS, texture.channels.join(",")));
+    let formula = encoding.formula().into_iter();
+    let formula = formula.flat_map(|formula| [(ENCODING, encoding.name.into()), (FORMULA, formula.into())]);
     let meta = texture.meta.iter().map(|(k, v)| (k, v.to_string()));
-    channels.chain(meta).map(|(k, v)| (format!("{PREFIX}{k}"), v)).collect()
+    channels.chain(formula).chain(meta).map(|(k, v)| (format!("{PREFIX}{k}"), v)).collect()
+}
+
+/// The encoding of texels that are stored as `container` says: that, or one that such bytes carry.
+fn stated_encoding<'a>(
+    path: &Path,
+    container: Encoding,
+    mut pairs: impl Iterator<Item = (&'a str, &'a str)>,
+) -> Result<Encoding> {
+    let Some((_, name)) = pairs.find(|(key, _)| key.strip_prefix(PREFIX) == Some(ENCODING)) else {
+        return Ok(container);
+    };
+    match Encoding::parse(name) {
+        Ok(stated) if stated.formula().is_some() && container.name == "rgba8unorm" => Ok(stated),
+        _ => Err(Error::input(path, format!("it states the encoding {name}, but holds {}", container.name), "")),
+    }
 }
 
 /// The reverse of [`pairs`]: the channels, `default` where the file does not name them, and the meta.
@@ -255,10 +310,10 @@ fn from_pairs<'a>(
         if !is_line(value) {
             return Err(Error::input(path, format!("the metadata value of '{key}' holds a control character"), ""));
         }
-        if key == CHANNELS {
-            channels = value.split(',').map(String::from).collect();
-        } else {
-            meta.set(key, value);
+        match key {
+            CHANNELS => channels = value.split(',').map(String::from).collect(),
+            ENCODING | FORMULA => {}
+            key => meta.set(key, value),
         }
     }
     if !(1..=components).contains(&channels.len()) {
@@ -299,11 +354,13 @@ mod tests {
         assert_eq!(default(&Hdr, Shape::Table, 2), Ok("rgbe8"));
         assert_eq!(default(&Png, Shape::Table, 1), Ok("r16unorm"));
         assert_eq!(default(&Png, Shape::Table, 2), Ok("rgb16unorm"));
-        assert_eq!(default(&Png, Shape::Table, 4), Err("formats that can: .ktx2, .exr".into()));
+        assert_eq!(default(&Png, Shape::Table, 4), Ok("rgba16unorm"));
+        assert_eq!(default(&Png, Shape::Map, 3), Ok("rgbd8"));
+        assert_eq!(default(&Hdr, Shape::Table, 4), Err("formats that can: .ktx2, .exr, .png".into()));
         assert_eq!(default(&Hdr, Shape::Cube, 3), Err("formats that can: .ktx2, .exr".into()));
         let wrong = choose(&Ktx2, Shape::Table, 2, Encoding::parse("rgbe8").ok()).unwrap_err();
         assert_eq!(wrong.to_string(), "KTX2 does not hold encoding rgbe8");
-        assert_eq!(wrong.help(), "known are: rg16f, rgba16f, rg32f, rgba32f");
+        assert!(wrong.help().starts_with("known are: rg16f, rgba16f, rg32f, rgba32f, rg8unorm, "), "{}", wrong.help());
         let narrow = choose(&Ktx2, Shape::Table, 2, Encoding::parse("r16f").ok()).unwrap_err();
         assert_eq!(narrow.help(), "use rg16f");
     }

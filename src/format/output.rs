@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::{Encoding, Format, Rounding, rounding};
+use super::{Format, Rounding, Storage, rounding};
 use crate::error::{Error, Result};
 use crate::texture::Texture;
 
@@ -63,9 +63,10 @@ impl Output {
     }
 
     /// Writes the texture and puts the file in place, over an older one.
-    pub fn commit(self, format: &dyn Format, texture: &Texture, encoding: Encoding) -> Result<Written> {
-        let bytes = format.to_bytes(&self.path, texture, encoding)?;
-        let rounding = rounding(texture, encoding)?;
+    pub fn commit(self, format: &dyn Format, texture: &Texture, storage: impl Into<Storage>) -> Result<Written> {
+        let storage = storage.into();
+        let bytes = format.to_bytes(&self.path, texture, storage)?;
+        let rounding = rounding(texture, storage)?;
         Ok(Written { bytes: self.commit_bytes(&bytes)?, rounding })
     }
 

@@ -16,7 +16,7 @@ pub(super) static TARGET: Target = Target {
         channels: &["bias", "albedo", "cloth"],
         stem: "dfg",
         extension: "h",
-        encoding: "rgb16f",
+        encoding: "rgba16f",
         snippet: "// Part of the engine: the words of {file} take the place of those in filament's generated dfg resource",
         ..TablePreset::SPLIT_SUM
     }],

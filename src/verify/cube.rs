@@ -20,7 +20,7 @@ use crate::env::Environment;
 use crate::env::orientation::{centre, normalized};
 use crate::env::projection::Projection;
 use crate::error::Result;
-use crate::format::Encoding;
+use crate::format::Steps;
 use crate::progress::{OnProgress, tick};
 use crate::quadrature::gauss_legendre::gauss_legendre;
 use crate::term::cube;
@@ -116,12 +116,13 @@ struct Cell {
 pub fn check(
     job: &SpecularJob,
     texture: &Texture,
-    encoding: Encoding,
+    steps: impl Into<Steps>,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<CubeReport> {
+    let steps = steps.into();
     let mut failures = vec![];
-    let (levels, mut obeyed) = laws(job, texture, encoding, &mut failures);
+    let (levels, mut obeyed) = laws(job, texture, &steps, &mut failures);
     let mean = mean(texture, job.projection, 0);
     if !failures.is_empty() || job.projection != Projection::Cube || job.filtered().start == 0 {
         return Ok(CubeReport {
@@ -160,7 +161,7 @@ pub fn check(
             })
             .collect();
         let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-        let step = 2.0 * encoding.half_ulp_at(1.0, 1.0);
+        let step = 2.0 * steps.relative();
         let report = MipReport {
             mip,
             alpha,
@@ -199,7 +200,7 @@ pub fn check_with_source<'a>(
     job: &SpecularJob,
     texture: &Texture,
     source: impl Into<Environment<'a>>,
-    encoding: Encoding,
+    steps: impl Into<Steps>,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<CubeReport> {
@@ -207,10 +208,11 @@ pub fn check_with_source<'a>(
         Extent::Spot | Extent::Twin => environment::Extent { random: 24, bright: 8 },
         Extent::Full => environment::Extent::THOROUGH,
     };
-    let step = encoding.half_ulp_at(1.0, 1.0);
+    let steps = steps.into();
+    let step = steps.relative();
     let (rms_bound, worst_bound) = (job.quality.rms_bound + step, job.quality.worst_bound + step);
     let mut failures = vec![];
-    let (levels, mut obeyed) = laws(job, texture, encoding, &mut failures);
+    let (levels, mut obeyed) = laws(job, texture, &steps, &mut failures);
     let mean = mean(texture, job.projection, 0);
     let source = source.into();
     let expected = source.picture.mean();
@@ -264,7 +266,7 @@ pub fn check_with_source<'a>(
 fn laws(
     job: &SpecularJob,
     texture: &Texture,
-    encoding: Encoding,
+    steps: &Steps,
     failures: &mut Vec<String>,
 ) -> (Vec<LevelReport>, Vec<Law>) {
     for (mip, level) in texture.levels.iter().enumerate() {
@@ -276,7 +278,7 @@ fn laws(
     if !failures.is_empty() {
         return (vec![], obeyed);
     }
-    let rounding = encoding.half_ulp_at(1.0, 1.0);
+    let rounding = steps.relative();
     let levels: Vec<LevelReport> = (0..texture.levels.len())
         .map(|mip| {
             let mean = mean(texture, job.projection, mip);

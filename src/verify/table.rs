@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::law::Law;
 use crate::bake::{At, TableJob};
 use crate::error::Result;
-use crate::format::{Encoding, Repr};
+use crate::format::{Encoding, Repr, Steps};
 use crate::progress::{OnProgress, tick};
 use crate::texture::Texture;
 
@@ -96,11 +96,11 @@ struct Compared {
     reference_error: Vec<f64>,
 }
 
-/// Checks the texels of `texture`, which `job` describes; `stored` is the encoding that they went through, if any.
+/// Checks the texels of `texture`, which `job` describes; `stored` is what they went through, if anything.
 pub fn check(
     job: &TableJob,
     texture: &Texture,
-    stored: Option<Encoding>,
+    stored: Option<Steps>,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<TableReport> {
@@ -224,7 +224,7 @@ fn worse(a: f64, b: f64) -> f64 {
 }
 
 /// The error of a channel that rounding to the stored encoding does not explain.
-fn beyond_rounding(c: &Compared, channel: usize, stored: Option<Encoding>) -> f64 {
+fn beyond_rounding(c: &Compared, channel: usize, stored: Option<Steps>) -> f64 {
     let (found, expected) = (c.found[channel], c.expected[channel]);
     let largest = c.found.iter().copied().fold(0.0, f64::max);
     let rounding = stored.map_or(0.0, |e| e.half_ulp_at(expected, largest));
@@ -232,15 +232,15 @@ fn beyond_rounding(c: &Compared, channel: usize, stored: Option<Encoding>) -> f6
     if beyond < 0.0 { 0.0 } else { beyond }
 }
 
-fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<Encoding>) -> ChannelError {
+fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<Steps>) -> ChannelError {
     let scale = |c: &Compared| c.expected[channel].abs().max(1.0);
     let errors: Vec<f64> = truth.iter().map(|c| (c.found[channel] - c.expected[channel]).abs() / scale(c)).collect();
     let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b])).unwrap_or(0);
     // The nearest stored value is the one within half a step of the truth.
     let rounded = |(c, error): &(&Compared, &f64)| {
         let largest = c.found.iter().copied().fold(0.0, f64::max);
-        let encoding = stored.unwrap_or(SINGLE);
-        **error * scale(c) <= encoding.half_ulp_at(c.expected[channel], largest)
+        let steps = stored.unwrap_or(SINGLE.into());
+        **error * scale(c) <= steps.half_ulp_at(c.expected[channel], largest)
     };
     ChannelError {
         name: name.into(),
@@ -253,7 +253,7 @@ fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<
 }
 
 /// Laws over every texel, each with what is wrong: finite, within the channel's range, and scale + bias = albedo ≤ 1.
-fn laws(job: &TableJob, texture: &Texture, stored: Option<Encoding>) -> Vec<(String, Option<String>)> {
+fn laws(job: &TableJob, texture: &Texture, stored: Option<Steps>) -> Vec<(String, Option<String>)> {
     let channels: Vec<_> = job.channel_facts().collect();
     let slack = |v: f64| job.loosest().near_zero * v.abs().max(1.0) + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
     let find = |name: &str| channels.iter().position(|c| c.name == name);
