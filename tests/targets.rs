@@ -42,7 +42,7 @@ fn paths(lines: &[Value]) -> Vec<&str> {
 
 /// Writes a sky with one bright side, which is enough for what is tested here.
 fn sky(folder: &Path) {
-    let picture = Equirect::from_fn(32, |x, y| if x < 8.0 && y < 16.0 { [8.0, 4.0, 2.0] } else { [0.25, 0.5, 1.0] });
+    let picture = Equirect::from_fn(32, |x, y| if x < 0.125 && y < 0.5 { [8.0, 4.0, 2.0] } else { [0.25, 0.5, 1.0] });
     let levels = vec![picture.texels.iter().flatten().copied().collect()];
     let channels = ["r", "g", "b"].map(String::from).to_vec();
     let texture = Texture { shape: Shape::Table, width: picture.width, height: picture.height, channels, levels, meta: Meta::default() };

@@ -40,7 +40,7 @@ pub static COMPANIONS: &[Companion] = &[
         channel: Channel {
             name: "cloth",
             meaning: "directional albedo of cloth: Charlie with Neubelt's term and F = 1",
-            range: [0.0, 65504.0],
+            range: [0.0, f32::MAX],
         },
         source: "Estevez, Kulla 2017; Neubelt, Pettineo 2013",
         kind: CLOTH,
@@ -62,6 +62,15 @@ impl Companion {
         let Kind::Albedo { ndf, visibility, factor } = self.kind else { return None };
         let model = Model::parse(ndf, visibility).expect("companions name models of the registries");
         Some((model.with(Fresnel::ONE), factor))
+    }
+
+    /// Least and greatest value in a table whose roughness is at least `roughness`. Cloth makes light at grazing angles,
+    /// about 0.07/roughness times what comes.
+    pub fn range(&self, roughness: f64) -> [f32; 2] {
+        match self.kind {
+            Kind::Albedo { factor, .. } => [0.0, (factor * (0.25 / roughness).max(1.0)) as f32],
+            Kind::DisneyDiffuse => self.channel.range,
+        }
     }
 
     /// Refuses a limit that does not exist, see [`Model::check_limits`].

@@ -428,7 +428,10 @@ impl TableJob {
                 [low, if self.model.bounded() { high } else { self.model.largest() }]
             }
             Source::Complement(channel) => [1.0 - self.model.largest(), channel.range[1]],
-            Source::Companion(companion) => companion.channel.range,
+            Source::Companion(companion) => {
+                let roughness = self.axes.iter().filter(|a| a.warp.coordinate() == Coordinate::Roughness);
+                companion.range(roughness.flat_map(Axis::coordinates).fold(1.0, f64::min))
+            }
         }
     }
 

@@ -83,7 +83,7 @@ impl Certificate {
 
     /// Adds the claims of a table.
     pub fn table(mut self, job: &TableJob, meta: &Meta, report: &TableReport) -> Certificate {
-        self.rule(meta, (job.table.facts().rule)(&job.model));
+        self.rule(meta, job.rule_name());
         self.at_most(meta, "error.worst", report.certified_worst);
         self.at_most(meta, "error.median", report.certified_median);
         self.origin(meta);
