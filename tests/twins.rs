@@ -329,6 +329,25 @@ fn anisotropic_lobes_agree_with_their_twins() {
     });
 }
 
+#[test]
+fn companions_agree_with_their_twins() {
+    on_gpu(|backend| {
+        let all = |names: &[&str]| Some(names.iter().map(|name| name.to_string()).collect::<Vec<_>>());
+        for (channels, axes) in [
+            (["scale", "cloth"], ["n_dot_v", "roughness"]),
+            (["cloth", "disney-diffuse"], ["alpha", "sqrt_n_dot_v"]),
+        ] {
+            let request = TableRequest {
+                size: (32, 24),
+                channels: all(&channels),
+                axes: all(&axes),
+                ..TableRequest::new("split-sum")
+            };
+            agrees(&request, backend);
+        }
+    });
+}
+
 /// The table that a device bakes is the twin's, to the bounds of the job.
 fn agrees(request: &TableRequest, backend: &Backend) {
     let job = request.resolve().unwrap();
