@@ -33,7 +33,7 @@ if ! cmp -s "$readers/package.json" "$work/package.json" || [ ! -d "$work/node_m
     cp "$readers/package.json" "$work/"
     (cd "$work" && npm install --silent --no-audit --no-fund)
 fi
-cp "$readers/read.mjs" "$work/" # node looks for modules beside the script
+cp "$readers/read.mjs" "$readers/levels.mjs" "$work/" # node looks for modules beside the script
 
 rm -rf "$samples"
 cargo run --quiet --release --example write_samples -- "$samples"
@@ -43,3 +43,6 @@ node "$work/read.mjs" "$samples"
 rm -rf "$work/inputs"
 "$work/venv/bin/python" "$readers/write.py" "$work/inputs"
 cargo run --quiet --release --example read_inputs -- "$work/inputs"
+
+rm -rf "$work/targets"
+"$work/venv/bin/python" "$readers/targets.py" "$PWD/target/release/brdf-baker" "$work/targets" "$work"
