@@ -15,13 +15,13 @@ use serde_json::json;
 
 use super::Global;
 use super::console::Console;
-use super::storage::StorageArgs;
+use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
     /// split-sum, albedo or average-albedo
     table: String,
-    /// File to write; its extension chooses the container: .ktx2 .exr .hdr .png
+    /// File to write; its extension chooses the container, see `brdf-baker list formats`
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Texels: 256, or 128x32 for width x height
@@ -54,7 +54,7 @@ pub struct BakeArgs {
     /// What the channels hold, in order [default: scale,bias for split-sum]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     channels: Option<Vec<String>>,
-    /// How texels are stored [default: half float where the container has it]
+    /// How texels are stored [default: half float where the container has it, single in source code]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
     #[command(flatten)]
@@ -105,6 +105,7 @@ impl BakeArgs {
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
         format::certify(&mut texture, storage)?;
         let written = output.commit(format, &texture, storage)?;
+        storage::warn_of_lost_meta(format, &self.output, console);
 
         let seconds = start.elapsed().as_secs_f64();
         let (width, height) = job.size();

@@ -1,7 +1,7 @@
 //! `brdf-baker list` and `brdf-baker devices`: everything is printed from the registries.
 
 use brdf_baker::bake::TABLES;
-use brdf_baker::format::{ENCODINGS, formats};
+use brdf_baker::format::{ENCODINGS, Encoding, Format, formats};
 use brdf_baker::ndf::NDFS;
 use brdf_baker::term::fresnel::TERMS;
 use brdf_baker::term::visibility::VISIBILITIES;
@@ -19,6 +19,7 @@ pub enum What {
     Fresnels,
     Kernels,
     Encodings,
+    Formats,
 }
 
 /// One entry of a registry.
@@ -85,11 +86,26 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
             };
             ("encodings", ENCODINGS.iter().map(|e| Entry { name: e.name, about: about(e), source: "" }).collect())
         }
+        What::Formats => {
+            let shapes = [(Shape::Table, "tables"), (Shape::Map, "maps"), (Shape::Cube, "cubes")];
+            let entry = |f: &&'static dyn Format| {
+                let held = shapes.iter().filter(|(shape, _)| !f.encodings(*shape).is_empty());
+                let held: Vec<&str> = held.map(|(_, word)| *word).collect();
+                let mips = if f.holds_mips() { "mips" } else { "one level" };
+                let meta = if f.holds_meta() { "" } else { ", no metadata" };
+                let is_held = |e: &&Encoding| shapes.iter().any(|(shape, _)| f.encodings(*shape).contains(e));
+                let names: Vec<&str> = ENCODINGS.iter().filter(is_held).map(|e| e.name).collect();
+                let about = format!("{}: {} ({mips}{meta}) as {}", f.name(), held.join(", "), names.join(" "));
+                Entry { name: f.extension(), about, source: "" }
+            };
+            ("formats", formats().iter().map(entry).collect())
+        }
     }
 }
 
 pub fn run(what: Option<What>, console: &mut Console) -> Result<()> {
-    let all = [What::Tables, What::Ndfs, What::Visibilities, What::Fresnels, What::Kernels, What::Encodings];
+    let all =
+        [What::Tables, What::Ndfs, What::Visibilities, What::Fresnels, What::Kernels, What::Encodings, What::Formats];
     for what in all.into_iter().filter(|w| what.is_none_or(|chosen| chosen == *w)) {
         let (registry, entries) = entries(what);
         let mut text = registry.to_string();

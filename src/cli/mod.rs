@@ -98,7 +98,7 @@ Examples:
   brdf-baker devices
   brdf-baker devices --json")]
     Devices,
-    /// List what can be chosen: tables, distributions, visibility and Fresnel terms, kernels, encodings
+    /// List what can be chosen: tables, distributions, visibility and Fresnel terms, kernels, encodings, formats
     #[command(after_help = "Examples:
   brdf-baker list
   brdf-baker list encodings --json")]
