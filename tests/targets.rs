@@ -45,7 +45,14 @@ fn sky(folder: &Path) {
     let picture = Equirect::from_fn(32, |x, y| if x < 0.125 && y < 0.5 { [8.0, 4.0, 2.0] } else { [0.25, 0.5, 1.0] });
     let levels = vec![picture.texels.iter().flatten().copied().collect()];
     let channels = ["r", "g", "b"].map(String::from).to_vec();
-    let texture = Texture { shape: Shape::Table, width: picture.width, height: picture.height, channels, levels, meta: Meta::default() };
+    let texture = Texture {
+        shape: Shape::Table,
+        width: picture.width,
+        height: picture.height,
+        channels,
+        levels,
+        meta: Meta::default(),
+    };
     let path = folder.join("sky.hdr");
     let encoding = Encoding::parse("rgbe8").expect("its name");
     std::fs::write(&path, format::Hdr.to_bytes(&path, &texture, encoding.into()).expect("it fits")).expect("writable");

@@ -333,10 +333,9 @@ fn anisotropic_lobes_agree_with_their_twins() {
 fn companions_agree_with_their_twins() {
     on_gpu(|backend| {
         let all = |names: &[&str]| Some(names.iter().map(|name| name.to_string()).collect::<Vec<_>>());
-        for (channels, axes) in [
-            (["scale", "cloth"], ["n_dot_v", "roughness"]),
-            (["cloth", "disney-diffuse"], ["alpha", "sqrt_n_dot_v"]),
-        ] {
+        for (channels, axes) in
+            [(["scale", "cloth"], ["n_dot_v", "roughness"]), (["cloth", "disney-diffuse"], ["alpha", "sqrt_n_dot_v"])]
+        {
             let request = TableRequest {
                 size: (32, 24),
                 channels: all(&channels),

@@ -16,13 +16,13 @@ use serde_json::json;
 
 use super::Global;
 use super::console::Console;
-use super::storage::StorageArgs;
+use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
     /// split-sum, albedo or average-albedo
     table: String,
-    /// File to write; its extension chooses the container: .ktx2 .exr .hdr .png [default: the target's]
+    /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
     output: Option<PathBuf>,
     /// Engine that loads the file: sets all that follows and is not given; see `brdf-baker list targets`
@@ -68,7 +68,7 @@ pub struct BakeArgs {
     /// What the channels hold, in order [default: scale,bias for split-sum]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     channels: Option<Vec<String>>,
-    /// How texels are stored [default: half float where the container has it]
+    /// How texels are stored [default: half float where the container has it, single in source code]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
     #[command(flatten)]
@@ -152,6 +152,7 @@ impl BakeArgs {
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
         format::certify(&mut texture, storage)?;
         let written = output.commit(format, &texture, storage)?;
+        storage::warn_of_lost_meta(format, &self.output, console);
 
         let seconds = start.elapsed().as_secs_f64();
         let (width, height) = job.size();

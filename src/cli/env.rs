@@ -9,7 +9,7 @@ use brdf_baker::env::FileAxes;
 use brdf_baker::env::import::{self, Imported, Options};
 use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh::{self, Window};
-use brdf_baker::format::{self, Encoding, Format, Output, Steps, Storage};
+use brdf_baker::format::{self, Encoding, Format, Output, Steps, Storage, harmonics};
 use brdf_baker::progress::Progress;
 use brdf_baker::target::{self, Choice, EnvironmentPreset, Target};
 use brdf_baker::term::zonal::ZONALS;
@@ -23,7 +23,7 @@ use serde_json::json;
 use super::Global;
 use super::console::Console;
 use super::source::{self, SourceArgs};
-use super::storage::StorageArgs;
+use super::storage::{self, StorageArgs};
 use super::verify::{Checked, exceeds};
 
 /// Texels along an edge of the irradiance unless told otherwise.
@@ -33,7 +33,8 @@ const DIFFUSE_SIZE: u32 = 64;
 pub struct EnvArgs {
     /// Environment: a file, a folder of six faces, a path with {face} in it, or six paths joined by commas
     input: PathBuf,
-    /// File to write: .ktx2 or .exr; .hdr for a map of one level [default: the input's name and the target's ending]
+    /// File to write: .ktx2 .exr .dds .ktx .env; a map of one level .hdr .png too [default: the input's name and the target's
+    /// ending]
     #[arg(short, long, value_name = "FILE", required_unless_present_any = ["irradiance", "sh", "target"])]
     output: Option<PathBuf>,
     /// Engine that loads the files: sets all that follows and is not given, and what is written beside the map; see
@@ -119,6 +120,7 @@ impl Wanted {
             let what = format!("{} holds one level, not the {} of '{}'", format.name(), job.mips, path.display());
             return Err(Error::usage(what, "use --mips 1, or write a .ktx2 or .exr file"));
         }
+        format.accepts(job.size, job.mips)?;
         let output = Output::prepare(&path)?;
         Ok(Wanted { path, job, format, storage, output, choice })
     }
@@ -146,6 +148,7 @@ impl Wanted {
         texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
         texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
         texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
+        harmonics::state(&harmonics::irradiance(environment), &mut texture.meta);
         format::certify(&mut texture, self.storage)?;
         Ok(Baked { texture, rms, worst, texels })
     }
@@ -163,6 +166,7 @@ impl Wanted {
         let encoding = storage.encoding;
         let Baked { texture, rms, worst, texels } = baked;
         let written = output.commit(format, texture, storage)?;
+        storage::warn_of_lost_meta(format, &path, console);
         if written.rounding.clamped > 0 {
             console.warn(&format!(
                 "{} values of '{}' exceed what {} holds and were clamped; --encoding rgba32f keeps them",

@@ -2,7 +2,7 @@
 
 use brdf_baker::bake::companion::COMPANIONS;
 use brdf_baker::bake::{RoughnessLaw, TABLES};
-use brdf_baker::format::{ENCODINGS, formats};
+use brdf_baker::format::{ENCODINGS, Encoding, Format, formats};
 use brdf_baker::ndf::NDFS;
 use brdf_baker::target::{TARGETS, Target};
 use brdf_baker::term::fresnel::TERMS;
@@ -23,6 +23,7 @@ pub enum What {
     Kernels,
     Laws,
     Encodings,
+    Formats,
     Targets,
 }
 
@@ -101,6 +102,20 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
                 holders.join(" ")
             };
             ("encodings", ENCODINGS.iter().map(|e| Entry { name: e.name, about: about(e), source: "" }).collect())
+        }
+        What::Formats => {
+            let shapes = [(Shape::Table, "tables"), (Shape::Map, "maps"), (Shape::Cube, "cubes")];
+            let entry = |f: &&'static dyn Format| {
+                let held = shapes.iter().filter(|(shape, _)| !f.encodings(*shape).is_empty());
+                let held: Vec<&str> = held.map(|(_, word)| *word).collect();
+                let mips = if f.holds_mips() { "mips" } else { "one level" };
+                let meta = if f.holds_meta() { "" } else { ", no metadata" };
+                let is_held = |e: &&Encoding| shapes.iter().any(|(shape, _)| f.encodings(*shape).contains(e));
+                let names: Vec<&str> = ENCODINGS.iter().filter(is_held).map(|e| e.name).collect();
+                let about = format!("{}: {} ({mips}{meta}) as {}", f.name(), held.join(", "), names.join(" "));
+                Entry { name: f.extension(), about, source: "" }
+            };
+            ("formats", formats().iter().map(entry).collect())
         }
     }
 }

@@ -100,7 +100,7 @@ Examples:
   brdf-baker devices
   brdf-baker devices --json")]
     Devices,
-    /// List what can be chosen: tables, distributions, visibility and Fresnel terms, kernels, roughness laws, encodings, targets
+    /// List what can be chosen: tables, distributions, visibility and Fresnel terms, kernels, roughness laws, encodings, formats, targets
     #[command(after_help = "Examples:
   brdf-baker list targets
   brdf-baker list encodings --json")]

@@ -1,7 +1,11 @@
 //! How a file stores what was baked, beside its encoding.
 
+use std::path::Path;
+
 use brdf_baker::Result;
 use brdf_baker::format::{self, Compression, Effort, Encoding, Format, Storage};
+
+use super::console::Console;
 
 #[derive(clap::Args, Clone)]
 pub struct StorageArgs {
@@ -23,5 +27,17 @@ impl StorageArgs {
         };
         format::check_compression(format, storage.compression)?;
         Ok(storage)
+    }
+}
+
+/// Says so where a file cannot say what it holds.
+pub fn warn_of_lost_meta(format: &dyn Format, path: &Path, console: &Console) {
+    if !format.holds_meta() {
+        console.warn(&format!(
+            "'{}' does not say what it holds: {} has no place for metadata. What was baked, its axes and its certificate \
+             are lost; bake a .ktx2 beside it to keep them",
+            path.display(),
+            format.name()
+        ));
     }
 }

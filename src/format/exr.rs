@@ -12,7 +12,7 @@ use ::exr::prelude as e;
 use ::exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 use half::f16;
 
-use super::{Encoding, Format, Repr, Storage, WRITER, check, from_pairs, is_map, pairs, plausible};
+use super::{Encoding, Format, Repr, Storage, WRITER, check, floats, from_pairs, is_map, pairs, plausible};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -40,8 +40,7 @@ impl Format for Exr {
     }
 
     fn encodings(&self, _: Shape) -> Vec<Encoding> {
-        let names = ["r16f", "rg16f", "rgba16f", "r32f", "rg32f", "rgba32f"];
-        names.iter().map(|name| Encoding::parse(name).expect("each name is in ENCODINGS")).collect()
+        floats()
     }
 
     fn default_encoding(&self, _: Shape, channels: usize) -> Option<Encoding> {

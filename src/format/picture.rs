@@ -1,8 +1,8 @@
 //! Pictures that anyone may have written: the plain numbers of level 0, component by component, and how finely each is
 //! stored. Nothing that the file says about colour is applied.
 //!
-//! The first bytes tell the container: KTX2 (plain, Zstandard or zlib), DDS, OpenEXR, Radiance HDR, PNG. Bare texels
-//! need a size and an encoding.
+//! The first bytes tell the container: KTX2 (plain, Zstandard or zlib), KTX, DDS, OpenEXR, Radiance HDR, PNG, NumPy. Bare
+//! texels need a size and an encoding.
 
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -15,7 +15,7 @@ use half::f16;
 use image_dds::ddsfile::{Caps2, D3DFormat, Dds, DxgiFormat, MiscFlag};
 use image_dds::{ImageFormat, Surface};
 
-use super::{Encoding, Format, Hdr, Pictures, Repr, decode, plausible};
+use super::{Encoding, Format, Hdr, Ktx1, Npy, Pictures, Repr, decode, plausible};
 use crate::bake::MAX_SIZE;
 use crate::error::{Error, Result};
 
@@ -113,15 +113,17 @@ impl Picture {
     pub fn read(path: &Path) -> Result<Picture> {
         let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
         let picture = match bytes.get(..4).unwrap_or_default() {
+            [0xab, b'K', b'T', b'X'] if bytes.get(5) == Some(&b'1') => ours(&Ktx1, path, &bytes),
             [0xab, b'K', b'T', b'X'] => ktx2(path, &bytes),
+            [0x93, b'N', b'U', b'M'] => ours(&Npy, path, &bytes),
             b"DDS " => dds(path, &bytes),
             [0x76, 0x2f, 0x31, 0x01] => exr(path, &bytes),
-            [b'#', b'?', ..] => hdr(path, &bytes),
+            [b'#', b'?', ..] => ours(&Hdr, path, &bytes),
             [0x89, b'P', b'N', b'G'] => png(path, &bytes),
             _ => Err(Error::input(
                 path,
                 "its first bytes are those of no container that is read here",
-                "give a .ktx2, .dds, .exr, .hdr or .png file; for bare texels say --size WxH --encoding NAME",
+                "give a .ktx2, .ktx, .dds, .exr, .hdr, .png or .npy file; for bare texels say --size WxH --encoding NAME",
             )),
         }?;
         picture.checked(path)
@@ -490,12 +492,17 @@ fn exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
     Ok(Picture { width, height, stored: format!("OpenEXR {kind}"), components, values })
 }
 
-fn hdr(path: &Path, bytes: &[u8]) -> Result<Picture> {
-    let (texture, encoding) = Hdr.parse(path, bytes)?;
+/// A format of which others' files are read as ours are.
+fn ours(format: &dyn Format, path: &Path, bytes: &[u8]) -> Result<Picture> {
+    let (texture, encoding) = format.parse(path, bytes)?;
+    if texture.faces() != 1 {
+        return Err(Error::input(path, "it is not a plain 2-D texture", "only tables of two dimensions are known"));
+    }
     accept(path, texture.width, texture.height)?;
     let components = components(texture.channels.len(), encoding.repr);
     let values = texture.levels.into_iter().next().unwrap_or_default();
-    Ok(Picture { width: texture.width, height: texture.height, components, stored: "RGBE".into(), values })
+    let stored = format!("{} {}", format.name(), encoding.name);
+    Ok(Picture { width: texture.width, height: texture.height, components, stored, values })
 }
 
 fn png(path: &Path, bytes: &[u8]) -> Result<Picture> {
