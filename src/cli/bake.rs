@@ -152,7 +152,7 @@ impl BakeArgs {
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
         format::certify(&mut texture, storage)?;
         let written = output.commit(format, &texture, storage)?;
-        storage::warn_of_lost_meta(format, &self.output, console);
+        storage::warn_of_lost_meta(format, &path, console);
 
         let seconds = start.elapsed().as_secs_f64();
         let (width, height) = job.size();
