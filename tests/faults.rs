@@ -188,7 +188,7 @@ fn stored_half_off_by_two_ulp_is_seen_by_a_full_check() {
     let encoding = Encoding::parse("rg16f").unwrap();
     let mut texture = baked(&job);
     texture.levels[0].iter_mut().for_each(|v| *v = half::f16::from_f32(*v).to_f32());
-    let full = |t: &Texture| check(&job, t, Some(encoding), Extent::Full, &mut ignore).unwrap().failures;
+    let full = |t: &Texture| check(&job, t, Some(encoding.into()), Extent::Full, &mut ignore).unwrap().failures;
     assert_eq!(full(&texture), Vec::<String>::new());
     let bits = half::f16::from_f32(texture.levels[0][999]).to_bits();
     texture.levels[0][999] = half::f16::from_bits(bits + 2).to_f32();
