@@ -126,7 +126,7 @@ fn ktx2(cube: &CubeMap, encoding: &str) -> Vec<u8> {
         levels: vec![cube.texels.as_flattened().to_vec()],
         meta: Meta::default(),
     };
-    Ktx2.to_bytes(Path::new("t.ktx2"), &texture, Encoding::parse(encoding).unwrap()).unwrap()
+    Ktx2.to_bytes(Path::new("t.ktx2"), &texture, Encoding::parse(encoding).unwrap().into()).unwrap()
 }
 
 /// A KTX2 cube of one level, any format, any supercompression scheme. No descriptor: readers of texels need none.
@@ -274,7 +274,7 @@ fn the_same_cube_comes_out_of_every_layout_and_container() {
     // Half a cube of the program's own making: its mips lie below each other, and mip 0 is a standing strip.
     let texture = brdf_baker::format::for_path(Path::new("x.exr")).unwrap();
     let baked = job(6, "linear").run(&cube, &Backend::Cpu, &mut ignore).unwrap();
-    let bytes = texture.to_bytes(Path::new("x.exr"), &baked, Encoding::parse("rgba32f").unwrap()).unwrap();
+    let bytes = texture.to_bytes(Path::new("x.exr"), &baked, Encoding::parse("rgba32f").unwrap().into()).unwrap();
     same(&put(&folder, "h.exr", &bytes), "vertical-strip");
 }
 
