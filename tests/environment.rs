@@ -164,7 +164,7 @@ fn white_without_its_base_is_white_within_the_error() {
     let white = Equirect::from_fn(128, |_, _| [1.0; 3]);
     for kernel in ZONALS {
         let job = kernel_job(kernel.name, 32, "linear");
-        let prepared = job.prepare(&white, Some([0.0; 3]));
+        let prepared = job.prepare(&white, Some([0.0; 3]), &mut ignore).unwrap();
         for m in job.filtered() {
             let axes = [job.axis(m, 2, 0, 0), job.axis(m, 5, 0, 0)];
             let found = job.lobe(m).walk(&prepared, &axes[..1]).unwrap().values[0][0];
@@ -248,7 +248,7 @@ fn charlie_is_right_at_every_alpha_that_it_accepts() {
     for alpha in [charlie.least_alpha.unwrap(), 1.0 / 64.0, 0.03, 0.1, 0.3, 0.7, 1.0] {
         let job = kernel_job("charlie", 256, "linear");
         let lobe = brdf_baker::bake::specular::Lobe::new(charlie, alpha, job.precision);
-        let prepared = job.prepare(&source, None);
+        let prepared = job.prepare(&source, None, &mut ignore).unwrap();
         let (mut squares, mut worst) = (0.0, 0.0f64);
         const TEXELS: u32 = 16;
         for _ in 0..TEXELS {

@@ -96,7 +96,7 @@ impl Wanted {
     fn bake(&self, source: &Source<'_>, backend: &Backend, console: &mut Console) -> Result<Baked> {
         let environment = &source.imported.environment;
         let mut texture = self.job.run(environment, backend, &mut |p| console.progress(p))?;
-        let spot = environment::Extent::SPOT;
+        let spot = environment::Extent::after_baking(self.job.quality);
         let errors = environment::check(&self.job, environment, &texture, spot, &mut |p| console.progress(p))?;
         let (rms, worst, texels) = summary(&errors);
         let bound = self.job.quality.worst_bound;

@@ -26,7 +26,7 @@ pub use self::exr::Exr;
 pub use self::fingerprint::{Changed, Fingerprint, SHA256};
 pub use self::hdr::Hdr;
 pub use self::ktx2::Ktx2;
-pub use self::output::{Output, Written};
+pub use self::output::{Abandoned, Output, Written, abandon};
 pub use self::png::Png;
 pub use self::sh::sh_json;
 

@@ -27,7 +27,7 @@ pub fn cube<'a>(environment: impl Into<Environment<'a>>, size: u32, on: &mut OnP
     tick(on, STAGE, 0.0)?;
     match &picture {
         Picture::Equirect(picture) => match frame.azimuth_rad() {
-            Some(azimuth_rad) => Ok(upright::cube(picture, azimuth_rad, size)),
+            Some(azimuth_rad) => upright::cube(picture, azimuth_rad, size, on),
             None => turned::cube(picture, &frame, size, on),
         },
         Picture::Cube(picture) => faces::cube(picture, &frame, size, on),
@@ -188,7 +188,8 @@ mod tests {
         let source = speckle(40);
         for degrees in [0.0, 90.0, 13.0] {
             let frame = Frame::new(false, [0.0, degrees, 0.0]);
-            let upright = upright::cube(&source, frame.azimuth_rad().expect("upright"), 11);
+            let upright =
+                upright::cube(&source, frame.azimuth_rad().expect("upright"), 11, &mut ignore).expect("nobody cancels");
             let general = turned::cube(&source, &frame, 11, &mut ignore).expect("nobody cancels");
             for (a, b) in upright.iter().zip(&general) {
                 assert!((a - b).abs() <= 1e-6 * (b + 1.0), "turned by {degrees}: {a} and {b}");
