@@ -338,6 +338,13 @@ fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &C
         job.projection.name(),
         job.kernel.name
     );
+    if let Some(m) = &report.mip_0 {
+        let (rms, max, bound) = (m.rms, m.worst, m.bound);
+        text.push_str(&format!(
+            "; rms {rms:.1e}, max {max:.1e} of {} texels, against the source (bound {bound:.1e} rms)",
+            m.texels
+        ));
+    }
     for mip in &report.skipped {
         text.push_str(&format!("\n  mip {mip:<2}     not compared: give the environment with --source"));
     }

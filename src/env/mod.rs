@@ -79,6 +79,21 @@ impl Picture<'_> {
         }
     }
 
+    /// Radiance in a direction (of any length) of the picture's axes.
+    pub fn radiance(&self, d: [f64; 3]) -> [f32; 3] {
+        let cell = |v: f64, n: u32| ((v * f64::from(n)) as u32).min(n - 1);
+        match self {
+            Picture::Equirect(picture) => {
+                let [u, v] = Equirect::locate(d);
+                picture.row(cell(v, picture.height))[cell(u, picture.width) as usize]
+            }
+            Picture::Cube(picture) => {
+                let (face, s, t) = orientation::locate(d);
+                picture.texel(face, cell(0.5 * (s + 1.0), picture.size), cell(0.5 * (t + 1.0), picture.size))
+            }
+        }
+    }
+
     /// The direction of the centre of texel `index` of [`Picture::texels`].
     pub fn direction(&self, index: usize) -> [f64; 3] {
         match self {

@@ -103,7 +103,7 @@ pub fn expected(job: &SpecularJob, source: &Environment<'_>, mip: u32, texels: &
 }
 
 /// The direction of the brightest texel.
-fn brightest(picture: &Picture<'_>) -> [f64; 3] {
+pub(super) fn brightest(picture: &Picture<'_>) -> [f64; 3] {
     let texels = picture.texels();
     let sum = |t: &[f32; 3]| t[0] + t[1] + t[2];
     let by_sum = |a: &usize, b: &usize| sum(&texels[*a]).total_cmp(&sum(&texels[*b])).then(b.cmp(a));
@@ -154,7 +154,7 @@ impl<'a> AnyTruth<'a> {
 pub(super) type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Face, column and row of the texels to compare: all where there are few.
-fn chosen(job: &SpecularJob, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32; 3]> {
+pub(super) fn chosen(job: &SpecularJob, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32; 3]> {
     let (width, height) = job.level_size(mip);
     let count = job.projection.faces() * width * height;
     let texel = |i: u32| [i / (width * height), i % width, i / width % height];
@@ -349,7 +349,11 @@ impl<'a> Truth<'a> {
         };
         // A kernel that rises steeply from the horizon shows where it cuts a bright texel.
         let is_cut = (1.0 - 0.5 * distance * distance).abs() < 1.1 * side;
-        let least = if is_cut && scale.peak == Peak::Horizon { 24 } else { 4 };
+        let least = match scale.peak {
+            Peak::Axis => 4,
+            Peak::Horizon if is_cut => 10,
+            Peak::Horizon => 1,
+        };
         let count = |side: f64| ((side / size).ceil() as usize).clamp(least, 256);
         let sin_theta = ((f64::from(y) + 0.5) * self.d_theta).sin();
         let (rows, columns) = (count(self.d_theta), count(self.d_phi * (sin_theta + 0.5 * self.d_theta).min(1.0)));

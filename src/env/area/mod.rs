@@ -92,22 +92,6 @@ mod tests {
         ]
     }
 
-    /// Radiance in a direction of the picture.
-    fn radiance(picture: &Picture<'_>, d: [f64; 3]) -> [f32; 3] {
-        match picture {
-            Picture::Equirect(p) => {
-                let [u, v] = Equirect::locate(d);
-                let column = ((u * f64::from(p.width)) as usize).min(p.width as usize - 1);
-                p.row(((v * f64::from(p.height)) as u32).min(p.height - 1))[column]
-            }
-            Picture::Cube(p) => {
-                let (face, s, t) = orientation::locate(d);
-                let cell = |v: f64| ((0.5 * (v + 1.0) * f64::from(p.size)) as u32).min(p.size - 1);
-                p.texel(face, cell(s), cell(t))
-            }
-        }
-    }
-
     /// The mean over a texel by a fine grid of points.
     fn sampled(environment: &Environment<'_>, size: u32, face: u32, x: u32, y: u32) -> [f64; 3] {
         const POINTS: u32 = 200;
@@ -118,7 +102,7 @@ mod tests {
                     2.0 * (f64::from(texel) + (f64::from(i) + 0.5) / f64::from(POINTS)) / f64::from(size) - 1.0
                 };
                 let (s, t) = (at(x, i), at(y, j));
-                let value = radiance(&environment.picture, environment.frame.to_picture(direction(face, s, t)));
+                let value = environment.picture.radiance(environment.frame.to_picture(direction(face, s, t)));
                 let weight = (1.0 + s * s + t * t).powf(-1.5);
                 weights += weight;
                 (0..3).for_each(|c| sum[c] += weight * f64::from(value[c]));
