@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use brdf_baker::env::Equirect;
 use tempfile::TempDir;
 
 /// A command with its own empty folder, on the processor, so that no test needs a driver.
@@ -413,6 +414,66 @@ fn ctrl_c_ends_with_130_and_leaves_no_file() {
     assert!(killed.success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(files(folder.path()).is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_command_that_does_not_look() {
+    let (folder, source) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    // Opening a pipe that nobody writes to waits for ever.
+    let pipe = source.path().join("pipe.hdr");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let mut child = command(folder.path(), &["env", pipe.to_str().unwrap(), "-o", "out.ktx2"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Its temporary file is there before it reads.
+    let start = std::time::Instant::now();
+    while files(folder.path()).is_empty() {
+        assert!(start.elapsed().as_secs() < 30, "no temporary file");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let killed = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap();
+    assert!(killed.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(files(folder.path()).is_empty());
+    let mut said = String::new();
+    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut said).unwrap();
+    assert_eq!(said, "error: cancelled\n");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_at_any_moment_leaves_a_whole_file_or_none() {
+    let folder = TempDir::new().unwrap();
+    let picture = Equirect::from_fn(128, |u, v| [u as f32, v as f32, 1.0]);
+    let texel = |x: usize, y: usize| {
+        let [r, g, b] = picture.texels[y * 256 + x];
+        (r, g, b)
+    };
+    exr::prelude::write_rgb_file(folder.path().join("sky.exr"), 256, 128, texel).unwrap();
+    for wait_ms in (0..400).step_by(40) {
+        let mut child = command(folder.path(), &["env", "sky.exr", "-o", "out.ktx2", "--size", "64"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(wait_ms));
+        let _ = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).stderr(Stdio::null()).status();
+        let status = child.wait().unwrap();
+        let mut found = files(folder.path());
+        found.retain(|path| !path.ends_with("sky.exr"));
+        if found.is_empty() {
+            // Before the handler is in place, the signal ends the process.
+            assert!(status.code().is_none_or(|code| code == 130), "{wait_ms} ms: {status}");
+        } else {
+            assert_eq!(found, [folder.path().join("out.ktx2")], "{wait_ms} ms");
+            assert!(matches!(status.code(), Some(0 | 130)), "{wait_ms} ms: {status}");
+            succeeds(folder.path(), &["info", "out.ktx2"]);
+            std::fs::remove_file(folder.path().join("out.ktx2")).unwrap();
+        }
+    }
 }
 
 #[cfg(unix)]

@@ -293,7 +293,12 @@ impl SpecularJob {
     }
 
     /// Builds the tree for this job's narrowest lobe. `base` is `None` for the lowest value of each channel.
-    pub fn prepare<'a>(&self, environment: impl Into<Environment<'a>>, base: Option<[f32; 3]>) -> Prepared<'a> {
+    pub fn prepare<'a>(
+        &self,
+        environment: impl Into<Environment<'a>>,
+        base: Option<[f32; 3]>,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Prepared<'a>> {
         let Environment { picture, frame } = environment.into();
         let picture = match picture {
             Picture::Equirect(p) if p.width < LEAST_WIDTH => {
@@ -314,8 +319,8 @@ impl SpecularJob {
             least_extent_rad: LEAF * least,
             brightness_limit: p.brightness_limit * self.kernel.brightness,
         };
-        let tree = Tree::new(&picture, &params, base);
-        Prepared { picture, frame, cuts: fits, tree }
+        let tree = Tree::new(&picture, &params, base, on)?;
+        Ok(Prepared { picture, frame, cuts: fits, tree })
     }
 
     /// Bakes the environment; its meta says everything but the measured error.
@@ -335,8 +340,7 @@ impl SpecularJob {
             });
         }
         if !self.filtered().is_empty() {
-            tick(on, "building the tree", 0.0)?;
-            let prepared = self.prepare(&environment, None);
+            let prepared = self.prepare(&environment, None, on)?;
             levels.extend(self.filter(&prepared, backend, on)?);
         }
         let channels = ["r", "g", "b"].map(String::from).to_vec();
@@ -843,6 +847,7 @@ impl Lobe {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::ignore;
 
     #[test]
     fn pieces_of_a_tree_add_up_to_it() {
@@ -852,7 +857,7 @@ mod tests {
             [(value >> 16) as f32, (value >> 20) as f32, 1.0 + (value >> 24) as f32]
         });
         let job = SpecularRequest { size: Some(32), ..Default::default() }.resolve().expect("valid");
-        let whole = job.prepare(&source, None);
+        let whole = job.prepare(&source, None, &mut ignore).expect("nobody cancels");
         let walk = |prepared: &Prepared<'_>| {
             let walked = job.lobe(1).walk(prepared, &[normalized([0.3, 0.5, -0.8])]).expect("few steps");
             [0, 1, 2].map(|k| walked.values[0][k] - f64::from(whole.tree.base[k]))

@@ -129,7 +129,7 @@ impl Wanted {
     fn bake(&self, source: &Source<'_>, backend: &Backend, console: &mut Console) -> Result<Baked> {
         let environment = &source.imported.environment;
         let mut texture = self.job.run(environment, backend, &mut |p| console.progress(p))?;
-        let spot = environment::Extent::SPOT;
+        let spot = environment::Extent::after_baking(self.job.quality);
         let errors = environment::check(&self.job, environment, &texture, spot, &mut |p| console.progress(p))?;
         let (rms, worst, texels) = summary(&errors);
         let bound = self.job.quality.worst_bound;
@@ -423,6 +423,13 @@ fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &C
         job.projection.name(),
         job.kernel.name
     );
+    if let Some(m) = &report.mip_0 {
+        let (rms, max, bound) = (m.rms, m.worst, m.bound);
+        text.push_str(&format!(
+            "; rms {rms:.1e}, max {max:.1e} of {} texels, against the source (bound {bound:.1e} rms)",
+            m.texels
+        ));
+    }
     for mip in &report.skipped {
         text.push_str(&format!("\n  mip {mip:<2}     not compared: give the environment with --source"));
     }

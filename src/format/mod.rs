@@ -40,7 +40,7 @@ pub use self::json::Json;
 pub use self::ktx1::Ktx1;
 pub use self::ktx2::Ktx2;
 pub use self::npy::Npy;
-pub use self::output::{Output, Written};
+pub use self::output::{Abandoned, Output, Written, abandon};
 pub use self::png::Png;
 pub use self::sh::sh_json;
 pub use self::source::{C, C_HEADER, JAVASCRIPT, Language, PYTHON, RUST, TYPESCRIPT};

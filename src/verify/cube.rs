@@ -11,6 +11,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::averages;
 use super::environment::{self, Scale};
 use super::law::Law;
 use super::seams::{self, Seams};
@@ -81,6 +82,8 @@ pub struct CubeReport {
     pub levels: Vec<LevelReport>,
     /// Mean radiance of mip 0, per channel.
     pub mean: [f64; 3],
+    /// Mip 0, where it is not filtered, beside the means of the source over its texels; only against the source.
+    pub mip_0: Option<MipReport>,
     /// Greatest root mean square of any mip at the texels of a bake's own check; only against the source.
     pub certified_rms: Option<f64>,
     /// Largest relative difference of the same.
@@ -130,6 +133,7 @@ pub fn check(
             skipped: job.filtered().map(|m| m as usize).collect(),
             levels,
             mean,
+            mip_0: None,
             certified_rms: None,
             certified_worst: None,
             laws: obeyed,
@@ -181,7 +185,8 @@ pub fn check(
     }
     obeyed.push(Law::new("every compared mip is the convolution of mip 0, within its bound", &failures[before..]));
     let (certified_rms, certified_worst) = (None, None);
-    Ok(CubeReport { mips, skipped, levels, mean, certified_rms, certified_worst, laws: obeyed, failures })
+    let mip_0 = None;
+    Ok(CubeReport { mips, skipped, levels, mean, mip_0, certified_rms, certified_worst, laws: obeyed, failures })
 }
 
 /// What texels (face, column, row) of a filtered mip of a cube should hold, if mip 0 were the source.
@@ -194,6 +199,9 @@ pub fn expected(job: &SpecularJob, texture: &Texture, mip: u32, texels: &[[u32; 
 
 /// The mean radiance of mip 0 may differ from the source's by this share.
 const MEAN_BOUND: f64 = 1e-4;
+
+/// Root mean square of the relative errors of mip 0's texels; ten times that for each.
+const TEXEL_BOUND: f64 = 5e-4;
 
 /// Checks an environment that `job` describes against the one that it was baked from.
 pub fn check_with_source<'a>(
@@ -228,6 +236,29 @@ pub fn check_with_source<'a>(
     if job.filtered().start > 0 {
         obeyed.push(Law::new("mip 0 has the mean radiance of the source", &failures[before..]));
     }
+    let report = |e: environment::MipError, bound: f64| MipReport {
+        mip: e.mip as usize,
+        alpha: job.alpha(e.mip),
+        texels: e.texels as usize,
+        rms: e.rms,
+        worst: e.max,
+        bias: Some(e.bias),
+        bound,
+    };
+    let before = failures.len();
+    let mut mip_0 = None;
+    if job.filtered().start > 0 {
+        let found = averages::check(job, &source, texture, extent, on)?;
+        let (rms_bound, worst_bound) = (TEXEL_BOUND + step, 10.0 * TEXEL_BOUND + step);
+        if !(found.rms <= rms_bound && found.max <= worst_bound) {
+            failures.push(format!(
+                "mip 0 is off by {:.1e} rms and {:.1e} at most, more than {rms_bound:.1e} and {worst_bound:.1e}",
+                found.rms, found.max
+            ));
+        }
+        mip_0 = Some(report(found, rms_bound));
+        obeyed.push(Law::new("mip 0 holds the means of the source over its texels", &failures[before..]));
+    }
     let before = failures.len();
     let brightest = f64::from(source.picture.texels().iter().flatten().copied().fold(0.0, f32::max));
     for level in levels.iter().filter(|l| l.peak > brightest * (1.0 + 1e-6 + step)) {
@@ -246,20 +277,21 @@ pub fn check_with_source<'a>(
         }
     }
     obeyed.push(Law::new("every mip is the convolution of the source, within its bound", &failures[before..]));
-    let report = |e: environment::MipError| MipReport {
-        mip: e.mip as usize,
-        alpha: job.alpha(e.mip),
-        texels: e.texels as usize,
-        rms: e.rms,
-        worst: e.max,
-        bias: Some(e.bias),
-        bound: rms_bound,
-    };
-    let mips = found.into_iter().map(report).collect();
+    let mips = found.into_iter().map(|e| report(e, rms_bound)).collect();
     let own = environment::check(job, &source, texture, environment::Extent::SPOT, on)?;
     let certified_rms = own.iter().map(|e| e.rms).reduce(worse);
     let certified_worst = own.iter().map(|e| e.max).reduce(worse);
-    Ok(CubeReport { mips, skipped: vec![], levels, mean, certified_rms, certified_worst, laws: obeyed, failures })
+    Ok(CubeReport {
+        mips,
+        skipped: vec![],
+        levels,
+        mean,
+        mip_0,
+        certified_rms,
+        certified_worst,
+        laws: obeyed,
+        failures,
+    })
 }
 
 /// What every filtered environment obeys.
