@@ -16,8 +16,7 @@ pub(super) static TARGET: Target = Target {
         axes: &[Warp::Roughness, Warp::NDotV],
         stem: "dfg_lut",
         extension: "js",
-        snippet: "// The half floats of {file} take the place of the array in three's DFGLUTData.js
-import { DATA } from './{file}';",
+        snippet: "import { DFG_LUT } from './{file}'; // half floats, in the place of the array in three's DFGLUTData.js",
         ..TablePreset::SPLIT_SUM
     }],
     environment: Some(EnvironmentPreset {

@@ -226,7 +226,7 @@ def read_png(path):
 def read_c(path):
     """The numbers of the array in a C header, half floats as their words."""
     source = re.sub(r"/\*.*?\*/|//[^\n]*", "", path.read_text(), flags=re.S)
-    name, dimensions, body = re.search(r"(\w+)\s*((?:\[\w+\])+)\s*=\s*\{(.*)\}", source, flags=re.S).groups()
+    name, dimensions, body = re.search(r"(\w+)\s*((?:\[\w+\])+)\s*=\s*\{(.*?)\};", source, flags=re.S).groups()
     words = re.findall(r"0x[0-9a-fA-F]+|[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?", body)
     if any(word.startswith("0x") for word in words):
         return numpy.array([int(word, 16) for word in words], numpy.uint16)
@@ -396,10 +396,10 @@ if len(levels) != 6:
 levels, header = read_env(file)
 babylon = lambda m: 0 if m == 0 else min(1, 2 ** (m / 0.8) / 256) ** 0.5
 check_map("babylon", levels, 256, 9, babylon, same, 3e-2)
-# Irradiance over pi of the sky is 1 + d.axis/3 in each channel.
+# Irradiance over pi of the sky is 1 + d.axis/3 in each channel. Babylon.js divides the linear part by 2/3 when it reads it.
 polynomial = header["irradiance"]
 for i, axis in enumerate("xyz"):
-    agree(f"babylon: irradiance along {axis}", numpy.array(polynomial[axis]), numpy.eye(3)[i] / 3 * numpy.pi, 2e-3)
+    agree(f"babylon: irradiance along {axis}", numpy.array(polynomial[axis]), numpy.eye(3)[i] * 2 / 9, 2e-3)
 
 specular, skybox = env("filament", "sky_ibl.ktx", "sky_skybox.ktx")
 mirrored = lambda x, y, z: (-x, y, z)

@@ -47,8 +47,8 @@ pub static PYTHON: Language =
 
 /// What the array is, for a comment.
 fn about(facts: &Facts) -> String {
-    let Facts { width, height, channels, is_half, .. } = facts;
-    let kind = if *is_half { ", each the bits of a half float" } else { "" };
+    let Facts { width, height, channels, words, .. } = facts;
+    let kind = words.map_or(String::new(), |words| format!(", each {words}"));
     format!("{width} x {height} texels of {channels} values{kind}; rows from the top, texels from the left.")
 }
 
@@ -58,8 +58,8 @@ fn usage(facts: &Facts) -> String {
 }
 
 fn rust(facts: &Facts) -> (String, String) {
-    let Facts { name, small_name, width, height, channels, is_half, edges, .. } = facts;
-    let element = if *is_half { "u16" } else { "f32" };
+    let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
+    let element = if words.is_some() { "u16" } else { "f32" };
     let before = format!(
         "
 /// Texels from left to right.
@@ -76,7 +76,7 @@ pub static {name}: [{element}; {}] = [
         about(facts),
         facts.len()
     );
-    if *is_half {
+    if words.is_some() {
         return (before, "];\n".into());
     }
     let place = if *edges { "t * (n - 1) as f32" } else { "t * n as f32 - 0.5" };
@@ -101,8 +101,8 @@ pub fn {small_name}_sample(u: f32, v: f32) -> [f32; {name}_CHANNELS] {{
 }
 
 fn c(facts: &Facts, is_header: bool) -> (String, String) {
-    let Facts { name, small_name, width, height, channels, is_half, edges, .. } = facts;
-    let (element, include) = if *is_half { ("uint16_t", "#include <stdint.h>\n\n") } else { ("float", "") };
+    let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
+    let (element, include) = if words.is_some() { ("uint16_t", "#include <stdint.h>\n\n") } else { ("float", "") };
     let (guard, end, own, inline) = match is_header {
         true => (format!("#ifndef {name}_H\n#define {name}_H\n\n"), "\n#endif\n", "static ", "static inline "),
         false => (String::new(), "", "", ""),
@@ -117,7 +117,7 @@ fn c(facts: &Facts, is_header: bool) -> (String, String) {
         about(facts),
         facts.len()
     );
-    if *is_half {
+    if words.is_some() {
         return (before, format!("}};\n{end}"));
     }
     let place = if *edges { "uv[i] * (float)(sizes[i] - 1)" } else { "uv[i] * (float)sizes[i] - 0.5f" };
@@ -155,8 +155,8 @@ fn c(facts: &Facts, is_header: bool) -> (String, String) {
 }
 
 fn script(facts: &Facts, typed: bool) -> (String, String) {
-    let Facts { name, small_name, width, height, channels, is_half, edges, .. } = facts;
-    let array = if *is_half { "Uint16Array" } else { "Float32Array" };
+    let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
+    let array = if words.is_some() { "Uint16Array" } else { "Float32Array" };
     let before = format!(
         "
 export const {name}_WIDTH = {width};
@@ -168,7 +168,7 @@ export const {name} = new {array}([
 ",
         about(facts)
     );
-    if *is_half {
+    if words.is_some() {
         return (before, "]);\n".into());
     }
     let (number, numbers) = if typed { (": number", ": number[]") } else { ("", "") };
@@ -196,8 +196,8 @@ export function {small_name}Sample(u{number}, v{number}){numbers} {{
 }
 
 fn python(facts: &Facts) -> (String, String) {
-    let Facts { name, small_name, width, height, channels, is_half, edges, .. } = facts;
-    let kind = if *is_half { "H" } else { "f" };
+    let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
+    let kind = if words.is_some() { "H" } else { "f" };
     let before = format!(
         "
 import array
@@ -211,7 +211,7 @@ import array
 ",
         about(facts)
     );
-    if *is_half {
+    if words.is_some() {
         return (before, "])\n".into());
     }
     let place = if *edges { "t * (n - 1)" } else { "t * n - 0.5" };

@@ -1,5 +1,5 @@
 //! Tables as source code: an array with its sizes, everything that the meta says as comments, and, for single floats, a
-//! function that looks a value up between texels. Halves are written as their bits, to be handed to a GPU.
+//! function that looks a value up between texels. Halves are written as their bits, to be handed to a GPU, and integers as they are stored.
 //!
 //! The array holds the texture's channels and no others, rows from the top, texels from the left. Its name is the file's.
 //! What this tool wrote it reads again: numbers and facts only, not code that was changed around them.
@@ -11,7 +11,9 @@ use std::path::Path;
 use half::f16;
 
 pub use self::language::{C, C_HEADER, JAVASCRIPT, Language, PYTHON, RUST, TYPESCRIPT};
-use super::{Encoding, Format, PREFIX, Repr, Storage, TEXELS, WRITER, check, floats, from_pairs, is_map, pairs};
+use super::{
+    ENCODINGS, Encoding, Format, PREFIX, Repr, Storage, TEXELS, WRITER, check, floats, from_pairs, is_map, pairs,
+};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -30,7 +32,8 @@ struct Facts {
     width: u32,
     height: u32,
     channels: usize,
-    is_half: bool,
+    /// What numbers are that are not floats: 16-bit words of this.
+    words: Option<&'static str>,
     /// Values lie at the ends of the axes, not in the middle of texels.
     edges: bool,
     /// What the axes are, for people.
@@ -57,7 +60,7 @@ impl Format for Language {
     }
 
     fn encodings(&self, shape: Shape) -> Vec<Encoding> {
-        if shape == Shape::Cube { vec![] } else { floats() }
+        if shape == Shape::Cube { vec![] } else { numbers() }
     }
 
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding> {
@@ -81,6 +84,7 @@ impl Format for Language {
         let limit = *Repr::F16.range().end();
         let number = |v: &f32| match encoding.repr {
             Repr::F16 => format!("{:#06x}", f16::from_f32(v.clamp(-limit, limit)).to_bits()),
+            Repr::Unorm16 => ((f64::from(*v) * 65535.0).round_ties_even() as u16).to_string(),
             _ => format!("{v:?}{}", self.float_suffix),
         };
         let mut line = INDENT.to_string();
@@ -123,7 +127,7 @@ impl Format for Language {
         let parsed = match sizes.split(' ').collect::<Vec<_>>()[..] {
             [width, height, name] => {
                 let size = |text: &str| text.parse::<u32>().ok().filter(|n| *n > 0);
-                size(width).zip(size(height)).zip(floats().into_iter().find(|e| e.name == name))
+                size(width).zip(size(height)).zip(numbers().into_iter().find(|e| e.name == name))
             }
             _ => None,
         };
@@ -146,6 +150,7 @@ impl Format for Language {
                         .strip_prefix("0x")
                         .and_then(|bits| u16::from_str_radix(bits, 16).ok())
                         .map(|bits| f16::from_bits(bits).to_f32()),
+                    Repr::Unorm16 => number.parse::<u16>().ok().map(|n| f32::from(n) / 65535.0),
                     _ => number.strip_suffix(self.float_suffix).and_then(|n| n.parse().ok()),
                 };
                 values.push(value.ok_or_else(|| wrong(&format!("'{}' is no number", number.escape_debug())))?);
@@ -156,9 +161,15 @@ impl Format for Language {
             return Err(wrong(&format!("it has {} numbers, which is not its size", values.len())));
         }
         let shape = if is_map(&meta) { Shape::Map } else { Shape::Table };
-        let encoding = Encoding::fitting(encoding.repr, channels.len()).expect("float encodings hold up to four");
+        let encoding = Encoding::fitting(encoding.repr, channels.len()).expect("these encodings hold up to four");
         Ok((Texture { shape, width, height, channels, levels: vec![values], meta }, encoding))
     }
+}
+
+/// What numbers can be: floats, and words of 16 bits.
+fn numbers() -> Vec<Encoding> {
+    let words = ENCODINGS.iter().filter(|e| e.repr == Repr::Unorm16).copied();
+    floats().into_iter().chain(words).collect()
 }
 
 fn facts(path: &Path, texture: &Texture, encoding: Encoding) -> Facts {
@@ -179,7 +190,11 @@ fn facts(path: &Path, texture: &Texture, encoding: Encoding) -> Facts {
         width: texture.width,
         height: texture.height,
         channels: texture.channels.len(),
-        is_half: encoding.repr == Repr::F16,
+        words: match encoding.repr {
+            Repr::F16 => Some("the bits of a half float"),
+            Repr::Unorm16 => Some("a share of 65535"),
+            _ => None,
+        },
         edges: texture.meta.get("points") == Some("edges"),
         axes,
     }
