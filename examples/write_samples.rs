@@ -15,11 +15,8 @@ use brdf_baker::{Error, Result};
 use serde_json::{Value, json};
 
 /// Width and height, those of which the first fit a format are taken: odd ones where they can be.
-const SIZES: &[(Shape, &[(u32, u32)])] = &[
-    (Shape::Table, &[(9, 5)]),
-    (Shape::Map, &[(12, 6)]),
-    (Shape::Cube, &[(10, 10), (8, 8)]),
-];
+const SIZES: &[(Shape, &[(u32, u32)])] =
+    &[(Shape::Table, &[(9, 5)]), (Shape::Map, &[(12, 6)]), (Shape::Cube, &[(10, 10), (8, 8)])];
 
 fn main() -> ExitCode {
     let Some(folder) = std::env::args_os().nth(1) else {
