@@ -8,7 +8,8 @@
 use std::path::Path;
 
 use image_dds::ddsfile::{
-    AlphaMode, D3D10ResourceDimension, Dds as File, DxgiFormat, MiscFlag, NewDxgiParams, PixelFormat, PixelFormatFlags,
+    AlphaMode, Caps2, D3D10ResourceDimension, Dds as File, DxgiFormat, MiscFlag, NewDxgiParams, PixelFormat,
+    PixelFormatFlags,
 };
 
 use super::encoding::{Pictures, decode, encode};
@@ -84,7 +85,7 @@ impl Format for Dds {
             format: known().find(|(e, _)| *e == encoding).map(|(_, d)| d).expect("check() refuses other encodings"),
             mipmap_levels: Some(texture.levels.len() as u32),
             array_layers: is_cube.then_some(6),
-            caps2: None,
+            caps2: is_cube.then_some(Caps2::CUBEMAP | Caps2::CUBEMAP_ALLFACES),
             is_cubemap: is_cube,
             resource_dimension: D3D10ResourceDimension::Texture2D,
             alpha_mode: if texture.channels.len() == 4 { AlphaMode::Custom } else { AlphaMode::Opaque },
