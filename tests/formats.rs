@@ -40,7 +40,7 @@ impl Random {
                 Repr::Unorm16 => f32::from(bits as u16) / 65535.0,
                 Repr::Unorm10 => (bits % 1024) as f32 / 1023.0,
                 // The floats of 10 bits are among those of 11 bits.
-                Repr::B10g11r11 => f16::from_bits((bits % (31 << 5) << 5) as u16).to_f32(),
+                Repr::B10g11r11 => f16::from_bits(((bits % (31 << 5)) << 5) as u16).to_f32(),
                 Repr::Rgbe8 | Repr::Rgb9e5 => unreachable!("components share an exponent: see shared_texels"),
                 _ => (bits >> 40) as f32 / (1 << 24) as f32,
             };

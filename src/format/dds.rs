@@ -7,7 +7,10 @@
 
 use std::path::Path;
 
-use image_dds::ddsfile::{AlphaMode, D3D10ResourceDimension, Dds as File, DxgiFormat, MiscFlag, NewDxgiParams};
+use image_dds::ddsfile::{
+    AlphaMode, Caps2, D3D10ResourceDimension, Dds as File, DxgiFormat, MiscFlag, NewDxgiParams, PixelFormat,
+    PixelFormatFlags,
+};
 
 use super::encoding::{Pictures, decode, encode};
 use super::{Encoding, Format, Repr, Storage, check};
@@ -82,12 +85,15 @@ impl Format for Dds {
             format: known().find(|(e, _)| *e == encoding).map(|(_, d)| d).expect("check() refuses other encodings"),
             mipmap_levels: Some(texture.levels.len() as u32),
             array_layers: is_cube.then_some(6),
-            caps2: None,
+            caps2: is_cube.then_some(Caps2::CUBEMAP | Caps2::CUBEMAP_ALLFACES),
             is_cubemap: is_cube,
             resource_dimension: D3D10ResourceDimension::Texture2D,
-            alpha_mode: AlphaMode::Opaque,
+            alpha_mode: if texture.channels.len() == 4 { AlphaMode::Custom } else { AlphaMode::Opaque },
         })
         .map_err(cannot)?;
+        // The format is in the newer header. The crate adds what older readers would look for, and then mistake it.
+        let fourcc = file.header.spf.fourcc.clone();
+        file.header.spf = PixelFormat { flags: PixelFormatFlags::FOURCC, fourcc, ..PixelFormat::default() };
         let levels: Vec<Vec<u8>> = (0..texture.levels.len())
             .map(|i| encode(&texture.levels[i], texture.channels.len(), Pictures::of(texture, i), storage))
             .collect::<Result<_>>()?;

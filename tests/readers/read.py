@@ -337,7 +337,7 @@ def programs(entry, file, work):
         yield ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", *sources, "-o", work / "main"]
         yield [work / "main"]
     elif file.suffix == ".rs":
-        yield ["rustc", "-Dwarnings", "--crate-type=rlib", f"--crate-name={small}", file, "--out-dir", work]
+        yield ["rustc", "--edition=2021", "-Dwarnings", "--crate-type=rlib", f"--crate-name={small}", file, "--out-dir", work]
         loop = f"""for y in 0..{h} {{ for x in 0..{w} {{
             let at = |i: usize, n: usize| (i as f32 + 0.5) / n as f32;
             for value in {small}_sample(at(x, {w}), at(y, {h})) {{ println!("{{value:?}}"); }}
@@ -346,7 +346,7 @@ def programs(entry, file, work):
             f"use {small}::*;\nfn main() {{ assert_eq!({name}.len(), {w} * {h} * {n});\n"
             f'for value in &{name} {{ println!("{{value:?}}"); }}\n{loop} }}\n'
         )
-        yield ["rustc", "-Dwarnings", work / "main.rs", "--extern", f"{small}={work}/lib{small}.rlib", "-o", work / "main"]
+        yield ["rustc", "--edition=2021", "-Dwarnings", work / "main.rs", "--extern", f"{small}={work}/lib{small}.rlib", "-o", work / "main"]
         yield [work / "main"]
     else:
         module = work / f"{file.stem}.mjs"

@@ -104,8 +104,9 @@ mod tests {
     fn texels_are_those_of_the_engines() {
         assert_eq!(Range::Rgbd.encode([1.0, 0.0, 0.5]), [255, 0, 186, 255]);
         assert_eq!(Range::Rgbd.encode([255.0, 1.0, 0.0]), [255, 21, 0, 1]);
-        assert_eq!(Range::Rgbm.encode([64.0, 16.0, 0.0]), [255, 128, 0, 255]);
-        assert_eq!(Range::Rgbp.encode([1.0, 0.25, 0.0]), [255, 128, 0, 255]);
+        // 127 and 128 are as far from half by their roots; squared, 127 is nearer.
+        assert_eq!(Range::Rgbm.encode([64.0, 16.0, 0.0]), [255, 127, 0, 255]);
+        assert_eq!(Range::Rgbp.encode([1.0, 0.25, 0.0]), [255, 127, 0, 255]);
         assert_eq!(Range::Rgbp.encode([64.0, 64.0, 0.0]), [255, 255, 0, 0]);
         assert_eq!(Range::Rgbd.decode([255, 0, 0, 0]), [255.0, 0.0, 0.0], "no division by 0");
     }
