@@ -25,7 +25,7 @@ pub struct Quality {
 pub static QUALITIES: [Quality; 3] = [
     Quality {
         name: "draft",
-        about: "for looking at: a third of the filtering time",
+        about: "for looking at: half of the time",
         precision: Precision { eps: 0.95, brightness_limit: 3.0, limit: 60_000 },
         rms_bound: 1e-2,
         worst_bound: 1e-1,

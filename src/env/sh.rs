@@ -372,7 +372,7 @@ mod tests {
 
     #[test]
     fn projection_of_a_cube_is_the_integral_however_it_is_turned() {
-        for size in [1, 5, 12] {
+        for size in [3, 5, 12] {
             let source = speckled_cube(size);
             for frame in [Frame::IDENTITY, Frame::new(false, [33.0, 10.0, -71.0]), Frame::new(true, [0.0, 90.0, 20.0])]
             {
