@@ -8,6 +8,7 @@ mod identify;
 mod info;
 mod list;
 mod materials;
+mod sky;
 mod source;
 mod verify;
 
@@ -74,6 +75,16 @@ Examples:
   brdf-baker env sky.hdr -o diffuse.hdr --kernel lambert --shape equirect"
     )]
     Env(Box<env::EnvArgs>),
+    /// Write a clear daylight sky, after Preetham, as an environment: no download needed
+    #[command(
+        after_help = "Radiance is in kcd/m2: 0.2126 r + 0.7152 g + 0.0722 b is the luminance. +Y is up; the ground \
+below reflects the light of sky and sun.
+
+Examples:
+  brdf-baker sky -o sky.exr
+  brdf-baker sky -o evening.hdr --elevation 4 --turbidity 5 --sun-disc --exposure -5"
+    )]
+    Sky(sky::SkyArgs),
     /// Check a baked file, or a table that others made, against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2
@@ -130,6 +141,7 @@ pub fn run(args: Args) -> Result<()> {
     match args.command {
         Command::Bake(bake) => bake.run(&args.global, &mut console),
         Command::Env(env) => env.run(&args.global, &mut console),
+        Command::Sky(sky) => sky.run(&mut console),
         Command::Verify(verify) => verify.run(&mut console),
         Command::Identify(identify) => identify.run(&mut console),
         Command::Info { file } => info::run(&file, &mut console),
