@@ -433,7 +433,7 @@ fn unwritable_folder_is_refused() {
 #[test]
 fn help_of_each_command_ends_with_examples() {
     let folder = TempDir::new().unwrap();
-    for command in ["bake", "env", "verify", "identify", "info", "devices", "list", "materials", "completions"] {
+    for command in ["bake", "env", "sky", "verify", "identify", "info", "devices", "list", "materials", "completions"] {
         let help =
             text(&Command::new(env!("CARGO_BIN_EXE_brdf-baker")).args([command, "--help"]).output().unwrap().stdout);
         let examples = help.split("Examples:").nth(1).unwrap_or_else(|| panic!("{command} --help has no examples"));
@@ -571,4 +571,31 @@ fn lists_come_from_the_registries() {
     }
     let tables = succeeds(folder.path(), &["list", "tables"]);
     assert!(tables.contains("split-sum") && !tables.contains("rg16f"));
+}
+
+#[test]
+fn a_sky_is_written_described_and_filtered() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let small = ["sky", "-o", "sky.exr", "--size", "32", "--elevation", "30", "--sun-disc", "--json"];
+    let line: serde_json::Value = serde_json::from_str(&succeeds(here, &small)).unwrap();
+    assert_eq!((&line["width"], &line["height"]), (&64.into(), &32.into()));
+    assert_eq!(line["encoding"], "rgba16f", "of these texels the sun fills a small part");
+    assert!((line["sun_direction"][1].as_f64().unwrap() - 0.5).abs() < 1e-12);
+    let fine = [&small[..2], &["sun.exr", "--size", "512", "--sun-disc", "--json"]].concat();
+    let line: serde_json::Value = serde_json::from_str(&succeeds(here, &fine)).unwrap();
+    assert_eq!(line["encoding"], "rgba32f", "half floats end below the sun");
+    assert_eq!(line["clamped"], 0);
+    let info = succeeds(here, &["info", "sky.exr"]);
+    for word in ["Preetham", "turbidity", "kcd/m2", "30 degrees", "equirect"] {
+        assert!(info.contains(word), "'{word}' is not in: {info}");
+    }
+    succeeds(here, &["env", "sky.exr", "-o", "sky.ktx2", "--size", "16"]);
+    succeeds(here, &["sky", "-o", "sky.hdr", "--size", "16", "--exposure", "-5", "--ground", "0.3,0.2,0.1"]);
+    fails(here, &["sky", "-o", "a.exr", "--turbidity", "1"], &["turbidity", "2 to 10"]);
+    fails(here, &["sky", "-o", "a.exr", "--elevation", "-5"], &["elevation", "0 to 90"]);
+    fails(here, &["sky", "-o", "a.exr", "--ground", "0.1,0.2"], &["--ground", "three"]);
+    fails(here, &["sky", "-o", "a.exr", "--exposure", "-400"], &["--exposure"]);
+    fails(here, &["sky", "-o", "a.png"], &["PNG", ".exr"]);
+    fails(here, &["sky", "-o", "a.exr", "--size", "0"], &["--size from 1"]);
 }
