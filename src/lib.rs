@@ -37,12 +37,14 @@
 
 pub mod axis;
 pub mod bake;
+pub mod brdf;
 pub mod env;
 pub mod error;
 pub mod format;
 pub mod gpu;
 pub mod material;
 pub mod ndf;
+pub mod plot;
 pub mod progress;
 pub mod quadrature;
 pub mod report;

@@ -433,7 +433,9 @@ fn unwritable_folder_is_refused() {
 #[test]
 fn help_of_each_command_ends_with_examples() {
     let folder = TempDir::new().unwrap();
-    for command in ["bake", "env", "sky", "verify", "identify", "info", "devices", "list", "materials", "completions"] {
+    for command in
+        ["bake", "env", "sky", "curves", "verify", "identify", "info", "devices", "list", "materials", "completions"]
+    {
         let help =
             text(&Command::new(env!("CARGO_BIN_EXE_brdf-baker")).args([command, "--help"]).output().unwrap().stdout);
         let examples = help.split("Examples:").nth(1).unwrap_or_else(|| panic!("{command} --help has no examples"));
@@ -598,4 +600,33 @@ fn a_sky_is_written_described_and_filtered() {
     fails(here, &["sky", "-o", "a.exr", "--exposure", "-400"], &["--exposure"]);
     fails(here, &["sky", "-o", "a.png"], &["PNG", ".exr"]);
     fails(here, &["sky", "-o", "a.exr", "--size", "0"], &["--size from 1"]);
+}
+
+#[test]
+fn curves_and_tables_are_drawn() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    succeeds(here, &["bake", "split-sum", "-o", "dfg.ktx2", "--size", "16"]);
+    for plot in ["d", "g", "f", "lobe", "polar"] {
+        succeeds(here, &["curves", "-o", "a.svg", "--plot", plot]);
+        let svg = std::fs::read_to_string(here.join("a.svg")).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{plot}");
+    }
+    let curve = "beckmann alpha=0.748 schlick-beckmann";
+    let line = succeeds(here, &["curves", "-o", "b.png", "--curve", curve, "--curve", "phong copper", "--json"]);
+    let line: serde_json::Value = serde_json::from_str(&line).unwrap();
+    assert_eq!((&line["width"], &line["curves"][0]), (&800.into(), &curve.into()));
+    let line = succeeds(here, &["curves", "dfg.ktx2", "-o", "c.png"]);
+    assert!(line.contains("760x338") && line.contains("scale, bias"), "{line}");
+    let picture = image::open(here.join("c.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (760, 338));
+    succeeds(here, &["sky", "-o", "sky.exr", "--size", "16"]);
+    fails(here, &["curves", "sky.exr", "-o", "d.png"], &["sky.exr", "environment", "preview"]);
+    fails(here, &["curves", "-o", "d.pdf"], &["d.pdf", ".svg"]);
+    fails(here, &["curves", "-o", "d.svg", "--plot", "h"], &["unknown plot 'h'", "polar"]);
+    fails(here, &["curves", "-o", "d.svg", "--curve", "bekmann"], &["'bekmann'", "beckmann"]);
+    fails(here, &["curves", "-o", "d.svg", "--curve", "gtr:gamma=99"], &["gamma", "99"]);
+    fails(here, &["curves", "-o", "d.svg", "--curve", "alpha=2"], &["alpha", "'2'", "0.001 to 1"]);
+    fails(here, &["curves", "-o", "d.svg", "--view", "95"], &["95", "0 to 89"]);
+    fails(here, &["curves", "-o", "d.svg", "--size", "10x10"], &["10x10", "200x150"]);
 }

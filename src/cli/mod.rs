@@ -2,6 +2,7 @@
 
 mod bake;
 pub mod console;
+mod curves;
 mod env;
 mod foreign;
 mod identify;
@@ -85,6 +86,18 @@ Examples:
   brdf-baker sky -o evening.hdr --elevation 4 --turbidity 5 --sun-disc --exposure -5"
     )]
     Sky(sky::SkyArgs),
+    /// Plot D, G, F and whole lobes against the angle, or a table in false colour, as SVG or PNG
+    #[command(after_help = "A curve is said in words, in any order: a distribution with its parameters (ggx, \
+blinn-phong:exponent=10.67), its width (alpha=0.3 or roughness=0.5), a geometry term (smith, cook-torrance), and a \
+material, ior=1.5 or f0=0.04. What is left out is ggx, roughness=0.5, smith, F = 1.
+
+Examples:
+  brdf-baker curves -o fresnel.svg --plot f
+  brdf-baker curves -o lobes.png --curve 'beckmann alpha=0.748 schlick-beckmann' \
+--curve 'blinn-phong:exponent=10.67 schlick-beckmann'
+  brdf-baker curves -o copper.svg --plot polar --view 60 --curve 'roughness=0.4 copper'
+  brdf-baker curves dfg.ktx2 -o table.png")]
+    Curves(curves::CurvesArgs),
     /// Check a baked file, or a table that others made, against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2
@@ -142,6 +155,7 @@ pub fn run(args: Args) -> Result<()> {
         Command::Bake(bake) => bake.run(&args.global, &mut console),
         Command::Env(env) => env.run(&args.global, &mut console),
         Command::Sky(sky) => sky.run(&mut console),
+        Command::Curves(curves) => curves.run(&mut console),
         Command::Verify(verify) => verify.run(&mut console),
         Command::Identify(identify) => identify.run(&mut console),
         Command::Info { file } => info::run(&file, &mut console),
