@@ -8,7 +8,7 @@ use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
 use brdf_baker::env::import::{self, Adjust, Color, Imported, Layout, Options};
 use brdf_baker::env::orientation::normalized;
 use brdf_baker::env::projection::Projection;
-use brdf_baker::env::{CubeMap, Environment, Equirect, Frame, Picture};
+use brdf_baker::env::{CubeMap, Environment, Equirect, FileAxes, Frame, Picture};
 use brdf_baker::format::{Encoding, Format, Ktx2};
 use brdf_baker::progress::ignore;
 use brdf_baker::texture::{Meta, Shape, Texture};
@@ -863,6 +863,7 @@ fn metadata_repeats_every_choice() {
         part: Some("beauty".into()),
         adjust: Adjust { exposure_ev: -1.5, scale: 0.1, clamp: Some(1e3), repair: true },
         mirror: true,
+        file_axes: FileAxes::parse("x,y,-z").unwrap(),
         turns_deg: [0.1, -45.0, 1.0 / 3.0],
     };
     let imported = Imported {

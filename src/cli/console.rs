@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use brdf_baker::progress::Progress;
+use brdf_baker::target::Choice;
 use brdf_baker::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
@@ -64,6 +65,13 @@ impl Console {
             // The reader (`head`, say) has all that it wanted.
             Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
             written => written.map_err(|e| Error::io("write", Path::new("stdout"), e)),
+        }
+    }
+
+    /// Says what the user chose instead of a target's preset.
+    pub fn overrides(&self, choice: &Choice) {
+        if let (Some(target), [_, ..]) = (choice.target(), choice.overrides()) {
+            self.warn(&format!("not what {target} wants by default: {}", choice.overrides().join(", ")));
         }
     }
 

@@ -60,6 +60,7 @@ enum Command {
     /// Bake a lookup table
     #[command(after_help = "Examples:
   brdf-baker bake split-sum -o dfg.ktx2
+  brdf-baker bake split-sum --for bevy
   brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45")]
     Bake(Box<bake::BakeArgs>),
     /// Prefilter an environment: specular mips, irradiance, spherical harmonics
@@ -70,6 +71,7 @@ called px nx py ny pz nz, posx negx ..., or right left top bottom front back.
 
 Examples:
   brdf-baker env studio.exr -o studio.ktx2
+  brdf-baker env studio.exr --for three
   brdf-baker env 'yard_{face}.png' -o yard.ktx2 --rotate 90 --exposure -1 --clamp 1000
   brdf-baker env sky.hdr -o sky.ktx2 --irradiance diffuse.ktx2 --sh sky.json
   brdf-baker env sky.hdr -o sheen.ktx2 --kernel charlie --shape octahedral
@@ -121,9 +123,9 @@ Examples:
   brdf-baker devices
   brdf-baker devices --json")]
     Devices,
-    /// List what can be chosen: tables, distributions, visibility and Fresnel terms, kernels, encodings
+    /// List what can be chosen: tables, distributions, visibility and Fresnel terms, kernels, roughness laws, encodings, targets
     #[command(after_help = "Examples:
-  brdf-baker list
+  brdf-baker list targets
   brdf-baker list encodings --json")]
     List {
         /// Only this registry

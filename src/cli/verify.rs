@@ -208,7 +208,7 @@ fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right:
         "\n  twin       {} texels by the same rule in f64, max difference {:.2e}",
         report.twin_texels, report.twin_worst
     ));
-    let tolerance = job.tolerance();
+    let tolerance = job.loosest();
     text.push_str(&format!(
         "\n  bound      {:.0e} before rounding, {:.0e} nearer to 0 than 1/1024",
         tolerance.worst, tolerance.near_zero
@@ -218,6 +218,7 @@ fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right:
 
 /// The coordinates of a texel, in words.
 fn place(job: &TableJob, [x, y]: [u32; 2]) -> String {
-    let axes = job.axes.iter().zip([x, y]).map(|(axis, i)| format!("{} {:.4}", axis.coordinate.name(), axis.at(i)));
+    let axes =
+        job.axes.iter().zip([x, y]).map(|(axis, i)| format!("{} {:.4}", axis.warp.coordinate().name(), axis.at(i)));
     axes.collect::<Vec<_>>().join(" ")
 }

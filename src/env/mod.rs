@@ -16,6 +16,7 @@ use std::borrow::Cow;
 
 pub mod area;
 mod cube_map;
+mod file_axes;
 mod frame;
 pub mod import;
 pub mod orientation;
@@ -26,6 +27,7 @@ pub mod sky;
 pub mod tree;
 
 pub use cube_map::CubeMap;
+pub use file_axes::FileAxes;
 pub use frame::Frame;
 
 /// A picture, owned or borrowed, and how it is turned.

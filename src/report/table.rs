@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::{floats, halves, pairs, spread};
-use crate::bake::TableJob;
+use crate::bake::{Channel, TableJob};
 use crate::error::Result;
 use crate::format::{Encoding, Repr};
 use crate::progress::{OnProgress, tick};
@@ -84,15 +84,16 @@ pub fn picture(job: &TableJob, texture: &Texture, encoding: Encoding, on: &mut O
         .iter()
         .map(|axis| {
             json!({
-                "coordinate": axis.coordinate.name(),
+                "coordinate": axis.warp.coordinate().name(),
+                "position": axis.warp.formula(),
                 "points": axis.points.name(),
                 "reversed": axis.reversed,
                 "coordinates": axis.coordinates(),
             })
         })
         .collect();
-    let facts: Vec<_> =
-        job.channel_facts().map(|c| json!({ "name": c.name, "meaning": c.meaning, "range": job.range(c) })).collect();
+    let fact = |(i, c): (usize, &Channel)| json!({ "name": c.name, "meaning": c.meaning, "range": job.range(i) });
+    let facts: Vec<_> = job.channel_facts().enumerate().map(fact).collect();
     Ok(json!({
         "kind": "table",
         "width": width,
