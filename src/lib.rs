@@ -50,6 +50,7 @@ pub mod quadrature;
 pub mod report;
 pub mod rule;
 pub mod shaders;
+pub mod spheres;
 pub mod target;
 pub mod term;
 pub mod texture;

@@ -9,6 +9,7 @@ mod identify;
 mod info;
 mod list;
 mod materials;
+mod preview;
 mod sky;
 mod source;
 mod verify;
@@ -100,6 +101,18 @@ Examples:
   brdf-baker curves -o copper.svg --plot polar --view 60 --curve 'roughness=0.4 copper'
   brdf-baker curves dfg.ktx2 -o table.png")]
     Curves(curves::CurvesArgs),
+    /// Draw spheres lit by baked maps, by an integral of the same BRDF, or both and their difference
+    #[command(
+        after_help = "Metallic and roughness run over a grid of spheres; the camera looks along -Z, +Y is up. Without \
+--env they stand under the built-in sky. --env takes what `brdf-baker env` takes, or a cube that it wrote.
+
+Examples:
+  brdf-baker preview -o spheres.png
+  brdf-baker preview -o copper.png --env studio.exr --material copper --compare --size 500x500
+  brdf-baker preview -o mine.png --env studio.ktx2 --lut dfg.ktx2 --compensate
+  brdf-baker preview -o brick.png --spheres 1x1 --base-color brick.png --normal brick_n.png --roughness 0.6"
+    )]
+    Preview(Box<preview::PreviewArgs>),
     /// Check a baked file, or a table that others made, against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2
@@ -158,6 +171,7 @@ pub fn run(args: Args) -> Result<()> {
         Command::Env(env) => env.run(&args.global, &mut console),
         Command::Sky(sky) => sky.run(&mut console),
         Command::Curves(curves) => curves.run(&mut console),
+        Command::Preview(preview) => preview.run(&args.global, &mut console),
         Command::Verify(verify) => verify.run(&mut console),
         Command::Identify(identify) => identify.run(&mut console),
         Command::Info { file } => info::run(&file, &mut console),

@@ -5,7 +5,8 @@ use std::sync::Once;
 use plotters::backend::{BitMapBackend, SVGBackend};
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, IntoDrawingArea};
-use plotters::style::{FontStyle, register_font};
+use plotters::element::Text;
+use plotters::style::{BLACK, FontStyle, IntoFont, IntoTextStyle, WHITE, register_font};
 
 use crate::error::{Error, Result};
 
@@ -52,10 +53,7 @@ impl Canvas {
 
     /// The file's bytes.
     pub(super) fn paint(&self, draw: &impl Draw) -> Result<Vec<u8>> {
-        static FONTS: Once = Once::new();
-        FONTS.call_once(|| {
-            register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).ok().expect("the font is sound");
-        });
+        register_fonts();
         self.check()?;
         let failed = |e: String| Error::usage(format!("the plot cannot be drawn: {e}"), "");
         let (width, height) = (self.width, self.height);
@@ -85,13 +83,38 @@ impl Canvas {
                 }
             }
         }
-        let mut bytes = vec![];
-        let mut encoder = png::Encoder::new(&mut bytes, width, height);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_compression(png::Compression::High);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&pixels));
-        written.map_err(|e| failed(e.to_string()))?;
-        Ok(bytes)
+        encode_png(&pixels, (width, height))
     }
+}
+
+fn register_fonts() {
+    static FONTS: Once = Once::new();
+    FONTS.call_once(|| {
+        register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).ok().expect("the font is sound");
+    });
+}
+
+/// A PNG file of 8-bit sRGB pixels, rows from the top.
+pub fn encode_png(rgb: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>> {
+    let mut bytes = vec![];
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::High);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(rgb));
+    written.map_err(|e| Error::usage(format!("the picture cannot be encoded: {e}"), ""))?;
+    Ok(bytes)
+}
+
+/// Writes a line of text into 8-bit RGB pixels, its top left corner at `at`: white with a dark edge, `height_px` high.
+pub fn write_text(rgb: &mut [u8], size: (u32, u32), at: (i32, i32), height_px: f64, text: &str) -> Result<()> {
+    register_fonts();
+    let failed = |e: String| Error::usage(format!("the text cannot be drawn: {e}"), "");
+    let area = BitMapBackend::with_buffer(rgb, size).into_drawing_area();
+    let edges = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|d| (d, BLACK));
+    for ((dx, dy), colour) in edges.into_iter().chain([((0, 0), WHITE)]) {
+        let style = (FONT, height_px).into_font().into_text_style(&(1, 1)).color(&colour);
+        area.draw(&Text::new(text.to_string(), (at.0 + dx, at.1 + dy), style)).map_err(|e| failed(e.to_string()))?;
+    }
+    area.present().map_err(|e| failed(e.to_string()))
 }

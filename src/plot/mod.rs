@@ -17,7 +17,7 @@ mod chart;
 mod curve;
 mod table;
 
-pub use canvas::Canvas;
+pub use canvas::{Canvas, encode_png, write_text};
 pub use chart::{Kind, Plot};
 pub use curve::{Curve, Reflectance};
 pub use table::draw_table;
