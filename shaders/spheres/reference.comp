@@ -6,10 +6,10 @@
 #include <visibility>
 #include "term/fresnel/schlick.glsl"
 
-// Half vectors and directions about the normal: x, y, weight, level of detail.
-layout(std430, set = 0, binding = 7) readonly buffer Nodes { vec4 node_of[]; };
+// Half vectors about the normal: x, y, weight, level of detail.
+layout(std430, set = 0, binding = 8) readonly buffer Nodes { vec4 node_of[]; };
 // Smith's function, a row a sphere.
-layout(std430, set = 0, binding = 8) readonly buffer Rows { vec4 row_of[]; };
+layout(std430, set = 0, binding = 9) readonly buffer Rows { vec4 row_of[]; };
 
 #include "lib/smith_row.glsl"
 
@@ -60,13 +60,6 @@ vec3 shade(Surface s, uint part) {
             }
         }
     }
-    vec3 diffuse_light = vec3(0.0);
-    if (s.metallic < 1.0) {
-        for (uint i = part; i < scene.diffuse_count; i += PARTS) {
-            vec4 node = node_of[scene.diffuse_begin + i];
-            float n_dot_l = sqrt(max(1.0 - node.x * node.x - node.y * node.y, 0.0));
-            diffuse_light += node.z * source(node.x * t + node.y * b + n_dot_l * s.n, node.w);
-        }
-    }
-    return leaving(s, float(PARTS) * scale_light, float(PARTS) * bias_light, float(PARTS) * diffuse_light);
+    return leaving(
+        s, float(PARTS) * scale_light, float(PARTS) * bias_light, lookup(scene.diffuse_level, s.n));
 }

@@ -25,8 +25,6 @@ layout(std430, set = 0, binding = 0) readonly buffer Scene {
     float table_scale_y;
     float table_shift_y;
     uint compensate;
-    uint diffuse_begin;  // nodes of the cosine lobe
-    uint diffuse_count;
     float background;    // radiance behind the spheres; below 0 the environment
     uint map_width;      // of the pictures on the spheres; 0 for none
     uint map_height;
@@ -43,6 +41,8 @@ layout(std430, set = 0, binding = 4) readonly buffer Table { vec2 table_of[]; };
 // Pictures on the spheres, two values a texel: base colour and metallic | normal and roughness. src/spheres/pictures.rs.
 layout(std430, set = 0, binding = 5) readonly buffer Maps { vec4 maps[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Result { vec4 result[]; };
+// Pixels, those of like cost together.
+layout(std430, set = 0, binding = 7) readonly buffer Order { uint order[]; };
 
 layout(push_constant) uniform Slice { uint first; uint count; } slice;
 
@@ -173,7 +173,7 @@ void main() {
     if (gl_GlobalInvocationID.x >= slice.count) {
         return;
     }
-    uint index = slice.first + gl_GlobalInvocationID.x;
+    uint index = order[slice.first + gl_GlobalInvocationID.x];
     vec2 pixel = vec2(index % scene.width, index / scene.width);
     vec3 sum = vec3(0.0);
     float covered = 0.0;

@@ -204,7 +204,7 @@ impl PreviewArgs {
         let backend = Backend::open(&global.device, global.validate)?;
         let given = Given { table: table.as_ref(), specular: light.cube.as_ref(), diffuse: diffuse.as_ref() };
         let on = &mut |p: brdf_baker::progress::Progress<'_>| console.progress(p);
-        let maps = Maps::new(light.environment.as_ref(), given, &preview.model, 256, &backend, on)?;
+        let maps = Maps::new(light.environment.as_ref(), given, &preview.model, &backend, on)?;
         let drawn: Vec<Picture> =
             methods.iter().map(|m| preview.render(*m, &maps, &backend, on)).collect::<Result<_>>()?;
         backend.check_messages()?;
@@ -374,7 +374,7 @@ fn fixed(mut scene: Scene, axes: [Option<Property>; 2], sphere: &Sphere, (column
 
 /// The rms of all spheres as they stand.
 fn rows_of(differences: &[Difference], columns: usize) -> String {
-    let mut text = "\n  rms of the difference over the reference's mean, sphere by sphere:".to_string();
+    let mut text = "\n  rms of the difference over the reference's rms, sphere by sphere:".to_string();
     for row in differences.chunks(columns) {
         let cells: Vec<String> = row.iter().map(|d| format!("{:6.2} %", 100.0 * d.rms)).collect();
         text.push_str(&format!("\n  {}", cells.join("  ")));

@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::gpu::{Gpu, MAX_GROUPS};
 use crate::progress::{OnProgress, tick};
 use crate::shaders;
-use crate::spheres::scene::RADIUS;
+use crate::spheres::scene::{RADIUS, Seen};
 
 /// Invocations a workgroup, as in the shader.
 const WORKGROUP: u32 = 64;
@@ -32,8 +32,6 @@ struct Block {
     table_height: u32,
     table_map: [[f32; 2]; 2],
     compensate: u32,
-    diffuse_begin: u32,
-    diffuse_count: u32,
     background: f32,
     map_width: u32,
     map_height: u32,
@@ -52,7 +50,7 @@ impl Shade<'_> {
     pub fn on_gpu(&self, gpu: &Gpu, on: &mut OnProgress<'_>) -> Result<Picture> {
         let (scene, maps, lighting) = (self.scene, self.maps, self.lighting);
         let (width, height) = scene.size;
-        // Nodes of all rows, one after the other, then those of the cosine.
+        // Nodes of all rows, one after the other.
         let mut nodes: Vec<[f32; 4]> = vec![];
         let mut first_of = vec![];
         let packed = |node: &super::nodes::Node| [node.xy[0], node.xy[1], node.weight, node.lod].map(|v| v as f32);
@@ -60,8 +58,6 @@ impl Shade<'_> {
             first_of.push(nodes.len() as u32);
             nodes.extend(of_row.iter().map(packed));
         }
-        let diffuse_begin = nodes.len() as u32;
-        nodes.extend(lighting.cosine.iter().map(packed));
         let spheres: Vec<[u32; 8]> = scene
             .spheres
             .iter()
@@ -87,15 +83,13 @@ impl Shade<'_> {
             tile_px: scene.tile_px() as f32,
             radius: RADIUS as f32,
             mips: maps.mips,
-            diffuse_level: maps.diffuse_level(),
-            source_level: maps.source_level(),
+            diffuse_level: maps.diffuse_level(self.method),
+            source_level: maps.source_level,
             source_levels: maps.source_levels(),
             table_width: maps.table_size.0,
             table_height: maps.table_size.1,
             table_map: maps.table_map().map(|(scale, shift)| [scale as f32, shift as f32]),
             compensate: u32::from(self.compensate),
-            diffuse_begin,
-            diffuse_count: lighting.cosine.len() as u32,
             background: self.background.unwrap_or(-1.0),
             map_width: self.pictures.width,
             map_height: self.pictures.height,
@@ -103,6 +97,7 @@ impl Shade<'_> {
         // A buffer is never empty.
         let pictures = if self.pictures.width > 0 { &self.pictures.texels[..] } else { &[[[0.0; 4]; 2]][..] };
         let pixels = width * height;
+        let (order, groups) = self.order();
         let result = gpu.buffer("result", u64::from(pixels) * 16)?;
         let mut buffers = vec![
             gpu.upload("scene", &[block])?,
@@ -112,6 +107,7 @@ impl Shade<'_> {
             gpu.upload("table", &maps.table)?,
             gpu.upload("pictures", pictures)?,
             result,
+            gpu.upload("order", &order)?,
         ];
         let (name, stage) = match self.method {
             Method::SplitSum => ("spheres/split_sum".to_string(), "split sum"),
@@ -125,16 +121,47 @@ impl Shade<'_> {
         };
         let kernel = gpu.kernel(&name, &shaders::spirv(&name), buffers.len() as u32, size_of::<Push>() as u32)?;
         let bound: Vec<_> = buffers.iter().collect();
-        let (mut first, mut next) = (0, 2 * WORKGROUP);
-        while first < pixels {
-            tick(on, stage, f64::from(first) / f64::from(pixels))?;
-            let count = next.min(pixels - first).min(MAX_GROUPS * WORKGROUP);
-            let start = Instant::now();
-            gpu.dispatch(&kernel, &bound, &Push { first, count }, [count.div_ceil(WORKGROUP), 1, 1])?;
-            next = next_slice(count, start.elapsed(), WORKGROUP);
-            first += count;
+        let mut first = 0;
+        for end in groups {
+            // What the last group took says nothing about this one.
+            let mut next = 2 * WORKGROUP;
+            while first < end {
+                tick(on, stage, f64::from(first) / f64::from(pixels))?;
+                let count = next.min(end - first).min(MAX_GROUPS * WORKGROUP);
+                let start = Instant::now();
+                gpu.dispatch(&kernel, &bound, &Push { first, count }, [count.div_ceil(WORKGROUP), 1, 1])?;
+                next = next_slice(count, start.elapsed(), WORKGROUP);
+                first += count;
+            }
         }
         tick(on, stage, 1.0)?;
         Ok(Picture { width, height, pixels: gpu.read::<[f32; 4]>(&buffers[6])? })
+    }
+    /// All pixels: first those that show no sphere, then those of every sphere that has another lobe than the one before; and
+    /// where each group ends.
+    fn order(&self) -> (Vec<u32>, Vec<u32>) {
+        let (width, height) = self.scene.size;
+        let spheres = self.scene.spheres.len();
+        let mut of: Vec<Vec<u32>> = vec![vec![]; 1 + spheres];
+        for y in 0..height {
+            for x in 0..width {
+                // A pixel at a rim costs as much as one inside.
+                let seen = self.scene.parts(x, y).into_iter().find_map(|part| match part {
+                    Seen::Sphere(sphere, _) => Some(1 + sphere),
+                    Seen::Behind(_) => None,
+                });
+                of[seen.unwrap_or(0)].push(y * width + x);
+            }
+        }
+        let (mut order, mut groups) = (vec![], vec![]);
+        for (i, pixels) in of.iter().enumerate() {
+            let same = i > 1 && self.lighting.of_sphere[i - 1] == self.lighting.of_sphere[i - 2];
+            if same {
+                groups.pop();
+            }
+            order.extend(pixels);
+            groups.push(order.len() as u32);
+        }
+        (order, groups)
     }
 }

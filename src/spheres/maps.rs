@@ -1,10 +1,10 @@
 //! The maps that spheres are shaded with: a filtered environment, an irradiance map, a split-sum table, and the environment
 //! itself with averages of four texels, of sixteen, and so on.
 
+use super::Method;
 use crate::axis::{Coordinate, Points};
 use crate::bake::specular::{SpecularJob, SpecularRequest};
 use crate::bake::{Backend, Model, TableJob, TableRequest};
-use crate::env::orientation::normalized;
 use crate::env::{CubeMap, Environment};
 use crate::error::{Error, Result};
 use crate::progress::OnProgress;
@@ -12,8 +12,12 @@ use crate::term::cube::{direction, locate};
 use crate::term::zonal::ZONALS;
 use crate::texture::{Shape, Texture};
 
-/// Texels along a side of the irradiance map that is baked.
-const DIFFUSE_SIZE: u32 = 32;
+/// Texels along a side of the irradiance map that is baked: read between texels it is within 1e-4 of the integral.
+const DIFFUSE_SIZE: u32 = 64;
+/// Mips of the cube that is baked, of 256 texels: the last has 8, because the corners of a cube of one texel show.
+const MIPS: u32 = 6;
+/// Texels along a side of the cube that is baked.
+pub(super) const SIZE: u32 = 256;
 
 /// A face of every level of a cube, with a border of one texel that repeats its neighbours: bilinear reading then has no
 /// seams.
@@ -56,6 +60,8 @@ pub struct Maps {
     pub(super) levels: Levels,
     /// Filtered levels.
     pub(super) mips: u32,
+    /// First level of the environment itself.
+    pub(super) source_level: u32,
     /// Width and height of the table.
     pub(super) table_size: (u32, u32),
     /// Where a table's texels are taken.
@@ -85,7 +91,6 @@ impl Maps {
         environment: Option<&Environment<'_>>,
         given: Given<'_>,
         model: &Model,
-        size: u32,
         backend: &Backend,
         on: &mut OnProgress<'_>,
     ) -> Result<Maps> {
@@ -93,26 +98,22 @@ impl Maps {
         let specular = match (given.specular, environment) {
             (Some(cube), _) => cube.clone(),
             (None, Some(environment)) => {
-                let request = SpecularRequest { kernel: kernel.into(), size: Some(size), ..Default::default() };
+                let request =
+                    SpecularRequest { kernel: kernel.into(), size: Some(SIZE), mips: Some(MIPS), ..Default::default() };
                 request.resolve()?.run(environment, backend, on)?
             }
             (None, None) => return Err(Error::usage("the spheres need light", "give --env, or leave it out")),
         };
         let job = cube_job(&specular)?;
         let source = first_level(&specular);
-        let diffuse = match given.diffuse {
-            Some(cube) => cube.clone(),
-            None => {
-                let request =
-                    SpecularRequest { kernel: "lambert".into(), size: Some(DIFFUSE_SIZE), ..Default::default() };
-                let light = environment.map_or_else(|| Environment::from(&source), Environment::borrowed);
-                request.resolve()?.run(&light, backend, on)?
+        let request = SpecularRequest { kernel: "lambert".into(), size: Some(DIFFUSE_SIZE), ..Default::default() };
+        let light = environment.map_or_else(|| Environment::from(&source), Environment::borrowed);
+        let irradiance = request.resolve()?.run(&light, backend, on)?;
+        if let Some(kernel) = given.diffuse.map(cube_job).transpose()?.map(|job| job.kernel) {
+            if kernel.least_alpha.is_some() {
+                let what = format!("an irradiance map is filtered with lambert, not with {}", kernel.name);
+                return Err(Error::usage(what, "bake one with `brdf-baker env --irradiance FILE`"));
             }
-        };
-        if cube_job(&diffuse)?.kernel.least_alpha.is_some() {
-            let what =
-                format!("an irradiance map is filtered with lambert, not with {}", cube_job(&diffuse)?.kernel.name);
-            return Err(Error::usage(what, "bake one with `brdf-baker env --irradiance FILE`"));
         }
         let table = match given.table {
             Some(table) => table.clone(),
@@ -131,7 +132,11 @@ impl Maps {
             let texels = rgb(&specular, m);
             levels.push(specular.level_size(m).0, &texels, job.alpha(m as u32).sqrt());
         }
-        levels.push(diffuse.width, &rgb(&diffuse, 0), 1.0);
+        levels.push(irradiance.width, &rgb(&irradiance, 0), 1.0);
+        if let Some(given) = given.diffuse {
+            levels.push(given.width, &rgb(given, 0), 1.0);
+        }
+        let source_level = levels.levels.len() as u32;
         let mut average = source.clone();
         loop {
             levels.push(average.size, &average.texels, 0.0);
@@ -142,7 +147,7 @@ impl Maps {
         }
         let (table_size, points, table) = split_sum(&table)?;
         let mips = specular.levels.len() as u32;
-        Ok(Maps { levels, mips, table_size, points, table, source, kernel: job.kernel.name.into() })
+        Ok(Maps { levels, mips, source_level, table_size, points, table, source, kernel: job.kernel.name.into() })
     }
 
     /// Mean radiance of the environment.
@@ -150,19 +155,17 @@ impl Maps {
         self.source.mean()
     }
 
-    /// The number of the irradiance map among the levels.
-    pub(super) fn diffuse_level(&self) -> u32 {
-        self.mips
-    }
-
-    /// The number of the environment itself among the levels.
-    pub(super) fn source_level(&self) -> u32 {
-        self.mips + 1
+    /// The number of the irradiance map among the levels: the one to use, or the exact one that was baked from the same light.
+    pub(super) fn diffuse_level(&self, method: Method) -> u32 {
+        match method {
+            Method::SplitSum => self.source_level - 1,
+            Method::Reference => self.mips,
+        }
     }
 
     /// How many levels the environment itself has.
     pub(super) fn source_levels(&self) -> u32 {
-        self.levels.levels.len() as u32 - self.source_level()
+        self.levels.levels.len() as u32 - self.source_level
     }
 
     /// Mean solid angle of the environment's texels.
@@ -258,8 +261,5 @@ fn split_sum(table: &Texture) -> Result<((u32, u32), Points, Vec<[f32; 2]>)> {
 
 /// White from everywhere.
 pub fn furnace() -> CubeMap {
-    CubeMap::from_fn(16, |d| {
-        debug_assert!(normalized(d)[0].is_finite());
-        [1.0; 3]
-    })
+    CubeMap::from_fn(16, |_| [1.0; 3])
 }

@@ -6,7 +6,8 @@
 //!
 //! **Reference.** ∫ f(l, v) L(l) (n·l) dω_l by a lattice of half vectors ([`nodes`]) over the environment that the maps were
 //! made from, mip 0 of the cube: no noise, and what is left of the lattice's error is far below what the split sum loses.
-//! What multiplies the integrals, compensation and the share that the body gets, is the same.
+//! Diffuse light needs no split: both read an irradiance map. What multiplies the integrals, compensation and the share that
+//! the body gets, is the same too.
 //!
 //! ```
 //! use brdf_baker::bake::{Backend, Model};
@@ -15,7 +16,7 @@
 //!
 //! // White spheres in a white room, with compensation: nothing is to be seen.
 //! let (model, room) = (Model::parse("ggx", "smith")?, furnace());
-//! let maps = Maps::new(Some(&(&room).into()), Given::default(), &model, 16, &Backend::Cpu, &mut ignore)?;
+//! let maps = Maps::new(Some(&(&room).into()), Given::default(), &model, &Backend::Cpu, &mut ignore)?;
 //! let white = Sphere { base: [1.0; 3], metallic: 0.0, roughness: 0.0, f0: 0.04 };
 //! let axes = [Some(Property::Metallic), Some(Property::Roughness)];
 //! let scene = Scene::grid((48, 48), [3, 3], axes, white)?;
@@ -79,14 +80,10 @@ struct Lighting {
     rows: Vec<(Row, Vec<Node>)>,
     /// Which of them a sphere has; `None` for a mirror.
     of_sphere: Vec<Option<usize>>,
-    /// Directions of diffuse light.
-    cosine: Vec<Node>,
 }
 
 /// Half vectors a pixel of the reference, unless told otherwise: [`Preview::half_vectors`].
-pub const HALF_VECTORS: u32 = 2048;
-/// Directions of diffuse light a pixel of the reference.
-const COSINE: u32 = 512;
+pub const HALF_VECTORS: u32 = 4096;
 
 impl Preview {
     /// A preview without compensation, in front of the environment.
@@ -118,9 +115,7 @@ impl Preview {
     pub fn render(&self, method: Method, maps: &Maps, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Picture> {
         self.check(method)?;
         let lighting = match method {
-            Method::SplitSum => {
-                Lighting { rows: vec![], of_sphere: vec![None; self.scene.spheres.len()], cosine: vec![] }
-            }
+            Method::SplitSum => Lighting { rows: vec![], of_sphere: vec![None; self.scene.spheres.len()] },
             Method::Reference => self.lighting(maps),
         };
         let shade = Shade {
@@ -176,6 +171,6 @@ impl Preview {
             });
             of_sphere.push(Some(found));
         }
-        Lighting { rows, of_sphere, cosine: nodes::cosine(COSINE, texel_sr) }
+        Lighting { rows, of_sphere }
     }
 }

@@ -1,5 +1,4 @@
-//! Where the reference looks: half vectors that share a distribution's projected area out, and directions that share out
-//! Lambert's cosine.
+//! Where the reference looks: half vectors that share out a distribution's projected area.
 //!
 //! ∫ f L (n·l) dω_l = ∫ F G/(n·v) (v·h)/(n·h) L(l(h)) [D (n·h) dω_h], so a rule for the measure in brackets serves every
 //! view. With y the coordinate in which the distribution is flat ([`crate::ndf::Flat`]) and t in (0, 1),
@@ -12,23 +11,24 @@
 //! over its core: a tail that sees the sun must not see it through one node. Each node stands for a piece of the sphere of
 //! directions about as large as 4 (v·h) dω_h, over which the environment is averaged before it is read.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use crate::ndf::{Lobe, Ndf};
 
 /// Golden angle: the turn between neighbours that repeats last.
 const GOLDEN_RAD: f64 = PI * (3.0 - 2.236_067_977_499_79);
-/// Area over which the environment is averaged, in shares of a node: neighbours overlap.
-const OVERLAP: f64 = 2.0;
+/// Area over which the environment is averaged, in shares of a node. Neighbours must overlap, or a small light is seen by
+/// more nodes here than there.
+const OVERLAP: f64 = 4.0;
 
-/// A direction about the normal, its weight, and at which level of detail the environment is read.
+/// A half vector, its weight, and at which level of detail the environment is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// x and y of the half vector, or of the direction, about the normal.
+    /// x and y about the normal.
     pub xy: [f64; 2],
     /// Share of the measure.
     pub weight: f64,
-    /// Level of detail: how often the texels of the environment are halved; of half vectors where v·h is 1.
+    /// Level of detail where v·h is 1: how often the texels of the environment are halved.
     pub lod: f64,
 }
 
@@ -62,23 +62,11 @@ pub fn half_vectors(ndf: &Ndf, lobe: &Lobe, count: u32, texel_sr: f64) -> Vec<No
         .collect()
 }
 
-/// `count` directions that share out the cosine.
-pub fn cosine(count: u32, texel_sr: f64) -> Vec<Node> {
-    let n = f64::from(count);
-    (0..count)
-        .map(|i| {
-            let sin2 = (f64::from(i) + 0.5) / n;
-            let (sin_phi, cos_phi) = (f64::from(i) * GOLDEN_RAD % TAU).sin_cos();
-            let lod = lod(PI / (n * (1.0 - sin2).sqrt()), texel_sr);
-            Node { xy: [sin2.sqrt() * cos_phi, sin2.sqrt() * sin_phi], weight: 1.0 / n, lod }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::ndf;
+    use std::f64::consts::TAU;
 
     #[test]
     fn weights_sum_to_the_measure() {
@@ -90,18 +78,16 @@ mod tests {
                 assert!((sum - 1.0).abs() < 1e-3, "{text} {roughness}: {sum}");
             }
         }
-        let nodes = cosine(512, 1e-5);
-        let mean: f64 = nodes.iter().map(|n| n.weight * (1.0 - n.xy[0].powi(2) - n.xy[1].powi(2)).sqrt()).sum();
-        assert!((mean - 2.0 / 3.0).abs() < 1e-3, "{mean}");
-        let off: f64 = nodes.iter().map(|n| n.weight * n.xy[0]).sum();
-        assert!(off.abs() < 1e-3, "{off}");
     }
 
     #[test]
     fn pieces_of_the_sphere_add_up() {
-        // Of the cosine's nodes, whose pieces are all of the hemisphere.
-        let nodes = cosine(4096, 1e-5);
-        let total: f64 = nodes.iter().map(|n| 4f64.powf(n.lod) * 1e-5 / OVERLAP).sum();
+        // Phong's lobe of exponent 0 is D = 1/π: nodes all over the hemisphere.
+        let ndf = ndf::parse("phong:exponent=0").expect("valid");
+        let nodes = half_vectors(&ndf, &ndf.lobe(1.0).expect("a lobe"), 4096, 1e-5);
+        let total: f64 = nodes.iter().map(|n| 4f64.powf(n.lod) * 1e-5 / OVERLAP / 4.0).sum();
         assert!((total / TAU - 1.0).abs() < 0.02, "{total}");
+        let off: f64 = nodes.iter().map(|n| n.weight * n.xy[0]).sum();
+        assert!(off.abs() < 1e-3, "{off}");
     }
 }

@@ -60,7 +60,7 @@ impl Tone {
 pub struct Difference {
     /// Pixels that were compared.
     pub pixels: u32,
-    /// Root of the mean square of the difference, over the reference's mean.
+    /// Root of the mean square of the difference over that of the reference.
     pub rms: f64,
     /// Mean of the difference over the reference's mean.
     pub bias: f64,
@@ -86,24 +86,26 @@ impl Picture {
 
     /// How every sphere of the scene differs from `reference`, over the pixels that show nothing else.
     pub fn differences(&self, reference: &Picture, scene: &Scene) -> Vec<Difference> {
-        let mut sums = vec![(0u32, 0.0, 0.0, 0.0); scene.spheres.len()];
+        let mut sums = vec![(0u32, 0.0, 0.0, 0.0, 0.0); scene.spheres.len()];
         for y in 0..self.height {
             for x in 0..self.width {
                 let Some(sphere) = scene.inside(x, y, LEAST_N_DOT_V) else { continue };
                 let index = (y * self.width + x) as usize;
-                let (count, squares, difference, whole) = &mut sums[sphere];
+                let (count, squares, of_squares, difference, whole) = &mut sums[sphere];
                 *count += 1;
                 for c in 0..3 {
                     let (a, b) = (f64::from(self.pixels[index][c]), f64::from(reference.pixels[index][c]));
                     *squares += (a - b) * (a - b);
+                    *of_squares += b * b;
                     *difference += a - b;
                     *whole += b;
                 }
             }
         }
-        let of = |(pixels, squares, difference, whole): (u32, f64, f64, f64)| {
-            let values = 3.0 * f64::from(pixels);
-            Difference { pixels, rms: (squares / values).sqrt() / (whole / values), bias: difference / whole }
+        let of = |(pixels, squares, of_squares, difference, whole): (u32, f64, f64, f64, f64)| Difference {
+            pixels,
+            rms: (squares / of_squares).sqrt(),
+            bias: difference / whole,
         };
         sums.into_iter().map(of).collect()
     }

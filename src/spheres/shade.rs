@@ -189,13 +189,16 @@ impl Shade<'_> {
 
     fn split_sum(&self, s: &Surface) -> [f64; 3] {
         let light = self.filtered(mirrored(s.n), s.roughness);
-        let diffuse = self.lookup(self.maps.diffuse_level(), s.n);
-        self.leaving(s, light.map(|l| s.split[0] * l), light.map(|l| s.split[1] * l), diffuse)
+        self.leaving(s, light.map(|l| s.split[0] * l), light.map(|l| s.split[1] * l), self.diffuse(s))
+    }
+
+    fn diffuse(&self, s: &Surface) -> [f64; 3] {
+        self.lookup(self.maps.diffuse_level(self.method), s.n)
     }
 
     fn source(&self, d: [f64; 3], lod: f64) -> [f64; 3] {
         let level = (lod + 0.5).floor().clamp(0.0, f64::from(self.maps.source_levels() - 1));
-        self.lookup(self.maps.source_level() + level as u32, d)
+        self.lookup(self.maps.source_level + level as u32, d)
     }
 
     fn reference(&self, s: &Surface, part: usize) -> [f64; 3] {
@@ -224,7 +227,7 @@ impl Shade<'_> {
                     alpha: 0.0,
                 };
                 let g = n_dot_v * (self.visibility.g_over_n_dot_v)(&d);
-                let light = self.lookup(self.maps.source_level(), mirrored(s.n));
+                let light = self.lookup(self.maps.source_level, mirrored(s.n));
                 // Once for all parts of the pixel, as the sums below are multiplied.
                 add(light.map(|l| g * l / PARTS as f64), schlick_weight(1.0 - n_dot_v));
             }
@@ -249,16 +252,8 @@ impl Shade<'_> {
                 }
             }
         }
-        let mut diffuse_light = [0.0; 3];
-        if s.metallic < 1.0 {
-            for node in self.lighting.cosine.iter().skip(part).step_by(PARTS) {
-                let n_dot_l = (1.0 - node.xy[0].powi(2) - node.xy[1].powi(2)).max(0.0).sqrt();
-                let light = self.source(about(node.xy, n_dot_l), node.lod);
-                (0..3).for_each(|c| diffuse_light[c] += node.weight * light[c]);
-            }
-        }
         let whole = |light: [f64; 3]| light.map(|l| PARTS as f64 * l);
-        self.leaving(s, whole(scale_light), whole(bias_light), whole(diffuse_light))
+        self.leaving(s, whole(scale_light), whole(bias_light), self.diffuse(s))
     }
 }
 
