@@ -494,7 +494,9 @@ fn unwritable_folder_is_refused() {
 #[test]
 fn help_of_each_command_ends_with_examples() {
     let folder = TempDir::new().unwrap();
-    for command in ["bake", "env", "verify", "identify", "info", "devices", "list", "materials", "completions"] {
+    for command in
+        ["bake", "env", "sky", "curves", "verify", "identify", "info", "devices", "list", "materials", "completions"]
+    {
         let help =
             text(&Command::new(env!("CARGO_BIN_EXE_brdf-baker")).args([command, "--help"]).output().unwrap().stdout);
         let examples = help.split("Examples:").nth(1).unwrap_or_else(|| panic!("{command} --help has no examples"));
@@ -632,4 +634,60 @@ fn lists_come_from_the_registries() {
     }
     let tables = succeeds(folder.path(), &["list", "tables"]);
     assert!(tables.contains("split-sum") && !tables.contains("rg16f"));
+}
+
+#[test]
+fn a_sky_is_written_described_and_filtered() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let small = ["sky", "-o", "sky.exr", "--size", "32", "--elevation", "30", "--sun-disc", "--json"];
+    let line: serde_json::Value = serde_json::from_str(&succeeds(here, &small)).unwrap();
+    assert_eq!((&line["width"], &line["height"]), (&64.into(), &32.into()));
+    assert_eq!(line["encoding"], "rgba16f", "of these texels the sun fills a small part");
+    assert!((line["sun_direction"][1].as_f64().unwrap() - 0.5).abs() < 1e-12);
+    let fine = [&small[..2], &["sun.exr", "--size", "512", "--sun-disc", "--json"]].concat();
+    let line: serde_json::Value = serde_json::from_str(&succeeds(here, &fine)).unwrap();
+    assert_eq!(line["encoding"], "rgba32f", "half floats end below the sun");
+    assert_eq!(line["clamped"], 0);
+    let info = succeeds(here, &["info", "sky.exr"]);
+    for word in ["Preetham", "turbidity", "kcd/m2", "30 degrees", "equirect"] {
+        assert!(info.contains(word), "'{word}' is not in: {info}");
+    }
+    succeeds(here, &["env", "sky.exr", "-o", "sky.ktx2", "--size", "16"]);
+    succeeds(here, &["sky", "-o", "sky.hdr", "--size", "16", "--exposure", "-5", "--ground", "0.3,0.2,0.1"]);
+    fails(here, &["sky", "-o", "a.exr", "--turbidity", "1"], &["turbidity", "2 to 10"]);
+    fails(here, &["sky", "-o", "a.exr", "--elevation", "-5"], &["elevation", "0 to 90"]);
+    fails(here, &["sky", "-o", "a.exr", "--ground", "0.1,0.2"], &["--ground", "three"]);
+    fails(here, &["sky", "-o", "a.exr", "--exposure", "-400"], &["--exposure"]);
+    fails(here, &["sky", "-o", "a.png"], &["PNG", ".exr"]);
+    fails(here, &["sky", "-o", "a.exr", "--size", "0"], &["--size from 1"]);
+}
+
+#[test]
+fn curves_and_tables_are_drawn() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    succeeds(here, &["bake", "split-sum", "-o", "dfg.ktx2", "--size", "16"]);
+    for plot in ["d", "g", "f", "lobe", "polar"] {
+        succeeds(here, &["curves", "-o", "a.svg", "--plot", plot]);
+        let svg = std::fs::read_to_string(here.join("a.svg")).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{plot}");
+    }
+    let curve = "beckmann alpha=0.748 schlick-beckmann";
+    let line = succeeds(here, &["curves", "-o", "b.png", "--curve", curve, "--curve", "phong copper", "--json"]);
+    let line: serde_json::Value = serde_json::from_str(&line).unwrap();
+    assert_eq!((&line["width"], &line["curves"][0]), (&800.into(), &curve.into()));
+    let line = succeeds(here, &["curves", "dfg.ktx2", "-o", "c.png"]);
+    assert!(line.contains("760x338") && line.contains("scale, bias"), "{line}");
+    let picture = image::open(here.join("c.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (760, 338));
+    succeeds(here, &["sky", "-o", "sky.exr", "--size", "16"]);
+    fails(here, &["curves", "sky.exr", "-o", "d.png"], &["sky.exr", "environment", "preview"]);
+    fails(here, &["curves", "-o", "d.pdf"], &["d.pdf", ".svg"]);
+    fails(here, &["curves", "-o", "d.svg", "--plot", "h"], &["unknown plot 'h'", "polar"]);
+    fails(here, &["curves", "-o", "d.svg", "--curve", "bekmann"], &["'bekmann'", "beckmann"]);
+    fails(here, &["curves", "-o", "d.svg", "--curve", "gtr:gamma=99"], &["gamma", "99"]);
+    fails(here, &["curves", "-o", "d.svg", "--curve", "alpha=2"], &["alpha", "'2'", "0.001 to 1"]);
+    fails(here, &["curves", "-o", "d.svg", "--view", "95"], &["95", "0 to 89"]);
+    fails(here, &["curves", "-o", "d.svg", "--size", "10x10"], &["10x10", "200x150"]);
 }

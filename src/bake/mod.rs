@@ -8,7 +8,7 @@ pub mod grid;
 pub mod model;
 pub mod quality;
 pub mod roughness_law;
-mod slices;
+pub(crate) mod slices;
 pub mod specular;
 mod split_sum;
 

@@ -25,6 +25,7 @@ pub mod orientation;
 pub mod projection;
 pub mod resample;
 pub mod sh;
+pub mod sky;
 pub mod tree;
 
 pub use cube_map::CubeMap;
