@@ -43,6 +43,7 @@ pub mod format;
 pub mod gpu;
 pub mod material;
 pub mod ndf;
+pub mod preview;
 pub mod progress;
 pub mod quadrature;
 pub mod report;
