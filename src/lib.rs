@@ -45,6 +45,7 @@ pub mod gpu;
 pub mod material;
 pub mod ndf;
 pub mod plot;
+pub mod preview;
 pub mod progress;
 pub mod quadrature;
 pub mod report;

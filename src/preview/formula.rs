@@ -1,0 +1,89 @@
+//! How engines shade image-based light, read in their shaders.
+
+use super::Point;
+use crate::error::{Error, Result, nearest};
+use crate::ndf::alpha_of;
+
+/// What an engine does between its maps and a pixel.
+pub struct Formula {
+    /// Name.
+    pub name: &'static str,
+    /// Where it was read.
+    pub source: &'static str,
+    /// The perceptual roughness at which maps and table are read, from the material's.
+    pub roughness: fn(roughness: f64, point: &Point) -> f64,
+    /// The direction, of any length, in which the reflected light is read, at the roughness of [`Formula::roughness`].
+    pub direction: fn(point: &Point, roughness: f64) -> [f64; 3],
+    /// The mip that holds a roughness, as a share of the last one.
+    pub level: fn(roughness: f64) -> f64,
+    /// By what the reflected light and the irradiance over π are multiplied: from F0, the albedo under the surface, scale
+    /// and bias of the split sum.
+    pub shares: fn(f0: f64, albedo: f64, scale: f64, bias: f64) -> [f64; 2],
+}
+
+/// All of them.
+pub static FORMULAS: &[Formula] = &[
+    Formula {
+        name: "three",
+        source: "three.js r187: lights_physical_fragment, envmap_physical_pars_fragment, lights_physical_pars_fragment",
+        // Filament's least roughness, and what the curvature of the surface adds.
+        roughness: |roughness, point| (roughness.max(0.045) + point.n_step).min(1.0),
+        direction: |point, roughness| towards_normal(point, roughness.powi(4)),
+        level: |roughness| roughness * (2.0 - roughness),
+        shares: fdez_aguera,
+    },
+    Formula {
+        name: "bevy",
+        source: "Bevy 0.19: bevy_pbr, environment_map.wgsl and pbr_lighting.wgsl",
+        roughness: |roughness, _| roughness,
+        direction: |point, roughness| {
+            let alpha = alpha_of(roughness.max(0.089));
+            let smoothness = 1.0 - alpha;
+            towards_normal(point, 1.0 - smoothness * (smoothness.sqrt() + alpha))
+        },
+        level: |roughness| roughness,
+        shares: fdez_aguera,
+    },
+];
+
+impl Formula {
+    /// The roughness of mip `m`, of those up to `last`: the inverse of [`Formula::level`].
+    pub fn roughness_of(&self, m: u32, last: u32) -> f64 {
+        let share = f64::from(m) / f64::from(last.max(1));
+        let (mut low, mut high) = (0.0, 1.0);
+        while high - low > 1e-14 {
+            let middle = 0.5 * (low + high);
+            if (self.level)(middle) < share { low = middle } else { high = middle }
+        }
+        if m >= last {
+            1.0
+        } else if m == 0 {
+            0.0
+        } else {
+            low
+        }
+    }
+
+    /// The formula with this name.
+    pub fn parse(name: &str) -> Result<&'static Formula> {
+        FORMULAS.iter().find(|f| f.name == name).ok_or_else(|| {
+            Error::usage(format!("unknown formula '{name}'"), nearest(name, FORMULAS.iter().map(|f| f.name)))
+        })
+    }
+}
+
+/// The mirrored view, pulled towards the normal by `share`: rough surfaces see less of what is at their horizon.
+fn towards_normal(point: &Point, share: f64) -> [f64; 3] {
+    let r = point.r();
+    std::array::from_fn(|i| r[i] + share * (point.n[i] - r[i]))
+}
+
+/// Fdez-Agüera 2019, A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting: what is not reflected at
+/// the first bounce goes on as diffuse light, and what leaves in either way does not reach the body below.
+fn fdez_aguera(f0: f64, albedo: f64, scale: f64, bias: f64) -> [f64; 2] {
+    let single = f0 * scale + bias;
+    let lost = 1.0 - scale - bias;
+    let average = f0 + (1.0 - f0) / 21.0;
+    let multiple = single * average / (1.0 - lost * average) * lost;
+    [single, multiple + albedo * (1.0 - single - multiple)]
+}
