@@ -23,7 +23,7 @@ pub static CHARLIE: Zonal = Zonal {
     scale: |alpha| 1.0 / (0.5 / alpha + 1.0),
     peak: Peak::Horizon,
     sharp_horizon: true,
-    brightness: 2.5,
+    brightness: 4.0,
     least_alpha: Some(0.004),
 };
 
