@@ -314,9 +314,11 @@ impl SpecularJob {
         // Leaves this small are few enough; what is finer is cut out of the source when it is asked for, if the source
         // fits into a buffer.
         let fits = size_of_val(picture.texels()) <= BUFFER_BYTES;
+        // Where a light at a kink shows more, bright leaves of many texels must come apart, too.
+        let leaf = LEAF * least / self.kernel.brightness;
         let params = Params {
-            leaf_extent_rad: (LEAF * least).max(if fits { LEAST_LEAF_RAD } else { 0.0 }),
-            least_extent_rad: LEAF * least,
+            leaf_extent_rad: leaf.max(if fits { LEAST_LEAF_RAD } else { 0.0 }),
+            least_extent_rad: leaf,
             brightness_limit: p.brightness_limit * self.kernel.brightness,
         };
         let tree = Tree::new(&picture, &params, base, on)?;
