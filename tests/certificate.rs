@@ -1,6 +1,5 @@
 //! What a file claims of itself: confirmed where it is sound, refuted where it was changed; bounds of the user's; pages.
 
-use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -109,13 +108,13 @@ fn a_changed_block_is_found_and_so_is_a_missing_statement_of_loss() {
     let folder = TempDir::new().unwrap();
     let here = folder.path();
     bake(here, &["bake", "split-sum", "-o", "sound.ktx2", "--size", "32", "--encoding", "bc5"]);
-    let sound = fs::read(here.join("sound.ktx2")).unwrap();
+    let sound = std::fs::read(here.join("sound.ktx2")).unwrap();
 
     // Another end of the last block's greens.
     let mut changed = sound.clone();
     let at = changed.len() - 8;
     changed[at] ^= 1;
-    fs::write(here.join("changed.ktx2"), &changed).unwrap();
+    std::fs::write(here.join("changed.ktx2"), &changed).unwrap();
     let (code, result) = verify(here, &["changed.ktx2"]);
     assert_eq!((code, verdict(&result, SHA256)), (1, "refuted"), "{}", failures(&result));
 
@@ -124,7 +123,7 @@ fn a_changed_block_is_found_and_so_is_a_missing_statement_of_loss() {
     let at = sound.windows(key.len()).position(|w| w == key).expect("the file states it");
     let mut silent = sound;
     silent[at + 9] = b'x';
-    fs::write(here.join("silent.ktx2"), &silent).unwrap();
+    std::fs::write(here.join("silent.ktx2"), &silent).unwrap();
     let (code, _) = verify(here, &["silent.ktx2"]);
     assert_eq!(code, 2);
 }
