@@ -219,6 +219,8 @@ impl Wanted {
                 "max_error": worst,
                 "rms_error": rms,
                 "rounding": written.rounding.max_rel,
+                "rounding_relative_rms": written.rounding.rms_rel,
+                "rounding_rms": written.rounding.rms,
                 "clamped": written.rounding.clamped,
                 "checked_texels": texels,
                 "output_texels": texture.levels.iter().map(|l| l.len() / texture.channels.len()).sum::<usize>(),
