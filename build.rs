@@ -43,7 +43,7 @@ fn main() {
         let name = source.strip_prefix(&root).expect("under shaders").with_extension("");
         let name = name.to_string_lossy().replace('\\', "/");
         let used: Vec<_> = SLOTS.iter().filter(|(slot, _)| uses(&root, &text, &format!("<{slot}>"))).collect();
-        let mut variants = vec![(name, BTreeMap::new())];
+        let mut variants = vec![(name.clone(), BTreeMap::new())];
         for (slot, folder) in used {
             let mut files = vec![];
             collect(&root.join(folder), "glsl", &mut files);
@@ -60,7 +60,10 @@ fn main() {
                 })
                 .collect();
         }
-        for (name, chosen) in variants {
+        // The cone rules are for smooth terms (`Model::method`): no model asks for them with others.
+        let smooth = name.starts_with("bake/cone");
+        let asked = |chosen: &BTreeMap<&str, String>| !smooth || !chosen.values().any(|text| has_kinks(text));
+        for (name, chosen) in variants.into_iter().filter(|(_, chosen)| asked(chosen)) {
             let bytes = compile(&compiler, &root, source, &text, &chosen, &generated);
             let file = format!("{}.spv", name.replace('/', "-"));
             std::fs::write(out.join(&file), bytes).expect("OUT_DIR is writable");
@@ -103,6 +106,14 @@ fn compile(
             std::process::exit(1);
         }
     }
+}
+
+/// Does a term say that it is not smooth?
+fn has_kinks(term: &str) -> bool {
+    term.lines().any(|l| {
+        let count = l.strip_prefix("#define KINKS ").or(l.strip_prefix("#define FRESNEL_KINKS "));
+        count.is_some_and(|count| count.trim() != "0")
+    })
 }
 
 /// Does the source, or anything it includes by path, contain `needle`?

@@ -20,7 +20,7 @@ example() {
     cargo run --quiet --release --locked ${CARGO_DEMO_FLAGS:-} --example "$name" -- "$@"
 }
 
-example make_sky "$out/sky.exr"
+show $baker sky -o "$out/sky.exr" --elevation 25 --sun-disc --exposure -5
 show $baker bake split-sum -o "$out/dfg.ktx2"
 show $baker bake albedo -o "$out/albedo.exr" --size 64 --encoding r32f
 show $baker env "$out/sky.exr" -o "$out/sky.ktx2"

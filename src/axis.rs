@@ -1,8 +1,10 @@
 //! Index ↔ coordinate along one side of a table: the only place that knows where a texel's value is taken.
 
+use std::f64::consts::FRAC_PI_2;
+
 use crate::error::{Error, Result, nearest};
 
-/// What runs along an axis.
+/// What a table depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinate {
     /// Cosine between the normal and the view direction, in [0, 1].
@@ -12,24 +14,94 @@ pub enum Coordinate {
 }
 
 impl Coordinate {
-    /// All coordinates, in the order of their documentation.
-    pub const ALL: [Coordinate; 2] = [Coordinate::NDotV, Coordinate::Roughness];
+    /// The name used on the command line and in files.
+    pub fn name(self) -> &'static str {
+        self.plain().name()
+    }
+
+    /// The axis along which it grows evenly.
+    pub fn plain(self) -> Warp {
+        match self {
+            Coordinate::NDotV => Warp::NDotV,
+            Coordinate::Roughness => Warp::Roughness,
+        }
+    }
+}
+
+/// What the position t in [0, 1] along an axis stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Warp {
+    /// n·v = t.
+    NDotV,
+    /// n·v = t², which spreads grazing angles (Unity's high definition pipeline).
+    SqrtNDotV,
+    /// n·v = 1 − t², as in tables of linearly transformed cosines (Heitz, Dupuy, Hill, Neubelt 2016).
+    SqrtOneMinusNDotV,
+    /// n·v = cos(t π/2).
+    Angle,
+    /// Perceptual roughness t, alpha = t².
+    Roughness,
+    /// The width alpha = t.
+    Alpha,
+}
+
+impl Warp {
+    /// All warps, in the order of their documentation.
+    pub const ALL: [Warp; 6] =
+        [Warp::NDotV, Warp::SqrtNDotV, Warp::SqrtOneMinusNDotV, Warp::Angle, Warp::Roughness, Warp::Alpha];
 
     /// The name used on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
-            Coordinate::NDotV => "n_dot_v",
-            Coordinate::Roughness => "roughness",
+            Warp::NDotV => "n_dot_v",
+            Warp::SqrtNDotV => "sqrt_n_dot_v",
+            Warp::SqrtOneMinusNDotV => "sqrt_one_minus_n_dot_v",
+            Warp::Angle => "angle",
+            Warp::Roughness => "roughness",
+            Warp::Alpha => "alpha",
         }
     }
 
-    /// The coordinate with this name.
+    /// The position t as a formula, which is GLSL too.
+    pub fn formula(self) -> &'static str {
+        match self {
+            Warp::NDotV => "n_dot_v",
+            Warp::SqrtNDotV => "sqrt(n_dot_v)",
+            Warp::SqrtOneMinusNDotV => "sqrt(1.0 - n_dot_v)",
+            Warp::Angle => "acos(n_dot_v) * 0.63661977",
+            Warp::Roughness => "roughness",
+            Warp::Alpha => "roughness * roughness",
+        }
+    }
+
+    /// The warp with this name.
     pub fn parse(name: &str) -> Result<Self> {
-        let known = || Self::ALL.iter().map(|c| c.name());
+        let known = || Self::ALL.iter().map(|w| w.name());
         Self::ALL
             .into_iter()
-            .find(|c| c.name() == name)
+            .find(|w| w.name() == name)
             .ok_or_else(|| Error::usage(format!("unknown axis '{name}'"), nearest(name, known())))
+    }
+
+    /// Which coordinate it warps.
+    pub fn coordinate(self) -> Coordinate {
+        match self {
+            Warp::NDotV | Warp::SqrtNDotV | Warp::SqrtOneMinusNDotV | Warp::Angle => Coordinate::NDotV,
+            Warp::Roughness | Warp::Alpha => Coordinate::Roughness,
+        }
+    }
+
+    /// n·v, or perceptual roughness, at t in [0, 1].
+    pub fn value(self, t: f64) -> f64 {
+        match self {
+            Warp::NDotV | Warp::Roughness => t,
+            Warp::SqrtNDotV => t * t,
+            Warp::SqrtOneMinusNDotV => (1.0 - t) * (1.0 + t),
+            // Exact at the end, where the cosine of a rounded right angle is not.
+            Warp::Angle if t == 1.0 => 0.0,
+            Warp::Angle => (FRAC_PI_2 * t).cos(),
+            Warp::Alpha => t.sqrt(),
+        }
     }
 }
 
@@ -65,24 +137,32 @@ impl Points {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
     /// What runs along it.
-    pub coordinate: Coordinate,
+    pub warp: Warp,
     /// Where in its texel a value is taken.
     pub points: Points,
     /// Number of texels, ≥ 1 for centers and ≥ 2 for edges.
     pub len: u32,
-    /// `true` when texel 0 holds the largest coordinate.
+    /// `true` when texel 0 holds the largest position.
     pub reversed: bool,
+    /// Texel i holds what belongs into texel i + shift; what would lie beyond position 1 is taken there.
+    pub shift: u32,
 }
 
 impl Axis {
-    /// The coordinate of texel `i`, in [0, 1].
-    pub fn at(&self, i: u32) -> f64 {
+    /// The position of texel `i`, in [0, 1].
+    fn position(&self, i: u32) -> f64 {
         debug_assert!(i < self.len);
-        let i = if self.reversed { self.len - 1 - i } else { i };
-        match self.points {
-            Points::Centers => (f64::from(i) + 0.5) / f64::from(self.len),
-            Points::Edges => f64::from(i) / f64::from(self.len - 1),
-        }
+        let i = f64::from(if self.reversed { self.len - 1 - i } else { i } + self.shift);
+        let t = match self.points {
+            Points::Centers => (i + 0.5) / f64::from(self.len),
+            Points::Edges => i / f64::from(self.len - 1),
+        };
+        t.min(1.0)
+    }
+
+    /// n·v or perceptual roughness of texel `i`, in [0, 1].
+    pub fn at(&self, i: u32) -> f64 {
+        self.warp.value(self.position(i))
     }
 
     /// The coordinates of all texels, in order.
@@ -96,7 +176,7 @@ mod tests {
     use super::*;
 
     fn axis(points: Points, reversed: bool) -> Axis {
-        Axis { coordinate: Coordinate::Roughness, points, len: 4, reversed }
+        Axis { warp: Warp::Roughness, points, len: 4, reversed, shift: 0 }
     }
 
     #[test]
@@ -112,5 +192,28 @@ mod tests {
     #[test]
     fn reversed_axis_starts_at_the_largest_coordinate() {
         assert_eq!(axis(Points::Centers, true).coordinates(), [0.875, 0.625, 0.375, 0.125]);
+    }
+
+    #[test]
+    fn shifted_axis_runs_ahead_and_stops_at_the_end() {
+        let axis = Axis { shift: 1, ..axis(Points::Centers, false) };
+        assert_eq!(axis.coordinates(), [0.375, 0.625, 0.875, 1.0]);
+    }
+
+    #[test]
+    fn warps_are_the_inverses_of_their_formulas() {
+        let at = |warp| Axis { warp, ..axis(Points::Edges, false) }.at(1);
+        let third: f64 = 1.0 / 3.0;
+        assert_eq!(at(Warp::SqrtNDotV).sqrt(), third);
+        assert!(((1.0 - at(Warp::SqrtOneMinusNDotV)).sqrt() - third).abs() < 1e-15);
+        assert!((at(Warp::Angle).acos() * 0.63661977 - third).abs() < 1e-8);
+        assert!((at(Warp::Alpha) * at(Warp::Alpha) - third).abs() < 1e-15);
+        for warp in Warp::ALL {
+            assert_eq!(Warp::parse(warp.name()).expect("its own name"), warp);
+            assert_eq!(
+                warp.coordinate().name(),
+                if warp.formula().contains("rough") { "roughness" } else { "n_dot_v" }
+            );
+        }
     }
 }

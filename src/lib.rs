@@ -37,18 +37,22 @@
 
 pub mod axis;
 pub mod bake;
+pub mod brdf;
 pub mod env;
 pub mod error;
 pub mod format;
 pub mod gpu;
 pub mod material;
 pub mod ndf;
+pub mod plot;
 pub mod preview;
 pub mod progress;
 pub mod quadrature;
 pub mod report;
 pub mod rule;
 pub mod shaders;
+pub mod spheres;
+pub mod target;
 pub mod term;
 pub mod texture;
 pub mod verify;

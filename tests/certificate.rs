@@ -38,7 +38,7 @@ fn edit(folder: &Path, from: &str, to: &str, change: impl FnOnce(&mut Texture)) 
     let (from, to) = (folder.join(from), folder.join(to));
     let (mut texture, encoding) = format::for_path(&from).unwrap().read(&from).unwrap();
     change(&mut texture);
-    let bytes = format::for_path(&to).unwrap().to_bytes(&to, &texture, encoding).unwrap();
+    let bytes = format::for_path(&to).unwrap().to_bytes(&to, &texture, encoding.into()).unwrap();
     std::fs::write(to, bytes).unwrap();
 }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use brdf_baker::env::Equirect;
 use tempfile::TempDir;
 
 /// A command with its own empty folder, on the processor, so that no test needs a driver.
@@ -417,6 +418,66 @@ fn ctrl_c_ends_with_130_and_leaves_no_file() {
 
 #[cfg(unix)]
 #[test]
+fn ctrl_c_ends_a_command_that_does_not_look() {
+    let (folder, source) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    // Opening a pipe that nobody writes to waits for ever.
+    let pipe = source.path().join("pipe.hdr");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let mut child = command(folder.path(), &["env", pipe.to_str().unwrap(), "-o", "out.ktx2"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Its temporary file is there before it reads.
+    let start = std::time::Instant::now();
+    while files(folder.path()).is_empty() {
+        assert!(start.elapsed().as_secs() < 30, "no temporary file");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let killed = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap();
+    assert!(killed.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(files(folder.path()).is_empty());
+    let mut said = String::new();
+    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut said).unwrap();
+    assert_eq!(said, "error: cancelled\n");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_at_any_moment_leaves_a_whole_file_or_none() {
+    let folder = TempDir::new().unwrap();
+    let picture = Equirect::from_fn(128, |u, v| [u as f32, v as f32, 1.0]);
+    let texel = |x: usize, y: usize| {
+        let [r, g, b] = picture.texels[y * 256 + x];
+        (r, g, b)
+    };
+    exr::prelude::write_rgb_file(folder.path().join("sky.exr"), 256, 128, texel).unwrap();
+    for wait_ms in (0..400).step_by(40) {
+        let mut child = command(folder.path(), &["env", "sky.exr", "-o", "out.ktx2", "--size", "64"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(wait_ms));
+        let _ = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).stderr(Stdio::null()).status();
+        let status = child.wait().unwrap();
+        let mut found = files(folder.path());
+        found.retain(|path| !path.ends_with("sky.exr"));
+        if found.is_empty() {
+            // Before the handler is in place, the signal ends the process.
+            assert!(status.code().is_none_or(|code| code == 130), "{wait_ms} ms: {status}");
+        } else {
+            assert_eq!(found, [folder.path().join("out.ktx2")], "{wait_ms} ms");
+            assert!(matches!(status.code(), Some(0 | 130)), "{wait_ms} ms: {status}");
+            succeeds(folder.path(), &["info", "out.ktx2"]);
+            std::fs::remove_file(folder.path().join("out.ktx2")).unwrap();
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
 fn unwritable_folder_is_refused() {
     use std::os::unix::fs::PermissionsExt;
     let folder = TempDir::new().unwrap();
@@ -433,7 +494,9 @@ fn unwritable_folder_is_refused() {
 #[test]
 fn help_of_each_command_ends_with_examples() {
     let folder = TempDir::new().unwrap();
-    for command in ["bake", "env", "verify", "identify", "info", "devices", "list", "materials", "completions"] {
+    for command in
+        ["bake", "env", "sky", "curves", "verify", "identify", "info", "devices", "list", "materials", "completions"]
+    {
         let help =
             text(&Command::new(env!("CARGO_BIN_EXE_brdf-baker")).args([command, "--help"]).output().unwrap().stdout);
         let examples = help.split("Examples:").nth(1).unwrap_or_else(|| panic!("{command} --help has no examples"));
@@ -571,4 +634,60 @@ fn lists_come_from_the_registries() {
     }
     let tables = succeeds(folder.path(), &["list", "tables"]);
     assert!(tables.contains("split-sum") && !tables.contains("rg16f"));
+}
+
+#[test]
+fn a_sky_is_written_described_and_filtered() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let small = ["sky", "-o", "sky.exr", "--size", "32", "--elevation", "30", "--sun-disc", "--json"];
+    let line: serde_json::Value = serde_json::from_str(&succeeds(here, &small)).unwrap();
+    assert_eq!((&line["width"], &line["height"]), (&64.into(), &32.into()));
+    assert_eq!(line["encoding"], "rgba16f", "of these texels the sun fills a small part");
+    assert!((line["sun_direction"][1].as_f64().unwrap() - 0.5).abs() < 1e-12);
+    let fine = [&small[..2], &["sun.exr", "--size", "512", "--sun-disc", "--json"]].concat();
+    let line: serde_json::Value = serde_json::from_str(&succeeds(here, &fine)).unwrap();
+    assert_eq!(line["encoding"], "rgba32f", "half floats end below the sun");
+    assert_eq!(line["clamped"], 0);
+    let info = succeeds(here, &["info", "sky.exr"]);
+    for word in ["Preetham", "turbidity", "kcd/m2", "30 degrees", "equirect"] {
+        assert!(info.contains(word), "'{word}' is not in: {info}");
+    }
+    succeeds(here, &["env", "sky.exr", "-o", "sky.ktx2", "--size", "16"]);
+    succeeds(here, &["sky", "-o", "sky.hdr", "--size", "16", "--exposure", "-5", "--ground", "0.3,0.2,0.1"]);
+    fails(here, &["sky", "-o", "a.exr", "--turbidity", "1"], &["turbidity", "2 to 10"]);
+    fails(here, &["sky", "-o", "a.exr", "--elevation", "-5"], &["elevation", "0 to 90"]);
+    fails(here, &["sky", "-o", "a.exr", "--ground", "0.1,0.2"], &["--ground", "three"]);
+    fails(here, &["sky", "-o", "a.exr", "--exposure", "-400"], &["--exposure"]);
+    fails(here, &["sky", "-o", "a.png"], &["PNG", ".exr"]);
+    fails(here, &["sky", "-o", "a.exr", "--size", "0"], &["--size from 1"]);
+}
+
+#[test]
+fn curves_and_tables_are_drawn() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    succeeds(here, &["bake", "split-sum", "-o", "dfg.ktx2", "--size", "16"]);
+    for plot in ["d", "g", "f", "lobe", "polar"] {
+        succeeds(here, &["curves", "-o", "a.svg", "--plot", plot]);
+        let svg = std::fs::read_to_string(here.join("a.svg")).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{plot}");
+    }
+    let curve = "beckmann alpha=0.748 schlick-beckmann";
+    let line = succeeds(here, &["curves", "-o", "b.png", "--curve", curve, "--curve", "phong copper", "--json"]);
+    let line: serde_json::Value = serde_json::from_str(&line).unwrap();
+    assert_eq!((&line["width"], &line["curves"][0]), (&800.into(), &curve.into()));
+    let line = succeeds(here, &["curves", "dfg.ktx2", "-o", "c.png"]);
+    assert!(line.contains("760x338") && line.contains("scale, bias"), "{line}");
+    let picture = image::open(here.join("c.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (760, 338));
+    succeeds(here, &["sky", "-o", "sky.exr", "--size", "16"]);
+    fails(here, &["curves", "sky.exr", "-o", "d.png"], &["sky.exr", "environment", "preview"]);
+    fails(here, &["curves", "-o", "d.pdf"], &["d.pdf", ".svg"]);
+    fails(here, &["curves", "-o", "d.svg", "--plot", "h"], &["unknown plot 'h'", "polar"]);
+    fails(here, &["curves", "-o", "d.svg", "--curve", "bekmann"], &["'bekmann'", "beckmann"]);
+    fails(here, &["curves", "-o", "d.svg", "--curve", "gtr:gamma=99"], &["gamma", "99"]);
+    fails(here, &["curves", "-o", "d.svg", "--curve", "alpha=2"], &["alpha", "'2'", "0.001 to 1"]);
+    fails(here, &["curves", "-o", "d.svg", "--view", "95"], &["95", "0 to 89"]);
+    fails(here, &["curves", "-o", "d.svg", "--size", "10x10"], &["10x10", "200x150"]);
 }

@@ -8,7 +8,7 @@ use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
 use brdf_baker::env::import::{self, Adjust, Color, Imported, Layout, Options};
 use brdf_baker::env::orientation::normalized;
 use brdf_baker::env::projection::Projection;
-use brdf_baker::env::{CubeMap, Environment, Equirect, Frame, Picture};
+use brdf_baker::env::{CubeMap, Environment, Equirect, FileAxes, Frame, Picture};
 use brdf_baker::format::{Encoding, Format, Ktx2};
 use brdf_baker::progress::ignore;
 use brdf_baker::texture::{Meta, Shape, Texture};
@@ -126,7 +126,7 @@ fn ktx2(cube: &CubeMap, encoding: &str) -> Vec<u8> {
         levels: vec![cube.texels.as_flattened().to_vec()],
         meta: Meta::default(),
     };
-    Ktx2.to_bytes(Path::new("t.ktx2"), &texture, Encoding::parse(encoding).unwrap()).unwrap()
+    Ktx2.to_bytes(Path::new("t.ktx2"), &texture, Encoding::parse(encoding).unwrap().into()).unwrap()
 }
 
 /// A KTX2 cube of one level, any format, any supercompression scheme. No descriptor: readers of texels need none.
@@ -274,7 +274,7 @@ fn the_same_cube_comes_out_of_every_layout_and_container() {
     // Half a cube of the program's own making: its mips lie below each other, and mip 0 is a standing strip.
     let texture = brdf_baker::format::for_path(Path::new("x.exr")).unwrap();
     let baked = job(6, "linear").run(&cube, &Backend::Cpu, &mut ignore).unwrap();
-    let bytes = texture.to_bytes(Path::new("x.exr"), &baked, Encoding::parse("rgba32f").unwrap()).unwrap();
+    let bytes = texture.to_bytes(Path::new("x.exr"), &baked, Encoding::parse("rgba32f").unwrap().into()).unwrap();
     same(&put(&folder, "h.exr", &bytes), "vertical-strip");
 }
 
@@ -863,6 +863,7 @@ fn metadata_repeats_every_choice() {
         part: Some("beauty".into()),
         adjust: Adjust { exposure_ev: -1.5, scale: 0.1, clamp: Some(1e3), repair: true },
         mirror: true,
+        file_axes: FileAxes::parse("x,y,-z").unwrap(),
         turns_deg: [0.1, -45.0, 1.0 / 3.0],
     };
     let imported = Imported {

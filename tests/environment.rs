@@ -1,14 +1,18 @@
 //! Filtered environments: orientation, energy, white furnace, and every mip against a brute-force f64 sum.
 
+use std::ops::ControlFlow;
+use std::path::Path;
+
 use brdf_baker::Error;
 use brdf_baker::bake::Backend;
 use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
 use brdf_baker::env::Equirect;
+use brdf_baker::env::import::{self, Options};
 use brdf_baker::env::orientation::locate;
 use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh;
 use brdf_baker::format::Encoding;
-use brdf_baker::progress::ignore;
+use brdf_baker::progress::{Progress, ignore};
 use brdf_baker::term::zonal::ZONALS;
 use brdf_baker::texture::Texture;
 use brdf_baker::verify::cube::{self, mean};
@@ -164,7 +168,7 @@ fn white_without_its_base_is_white_within_the_error() {
     let white = Equirect::from_fn(128, |_, _| [1.0; 3]);
     for kernel in ZONALS {
         let job = kernel_job(kernel.name, 32, "linear");
-        let prepared = job.prepare(&white, Some([0.0; 3]));
+        let prepared = job.prepare(&white, Some([0.0; 3]), &mut ignore).unwrap();
         for m in job.filtered() {
             let axes = [job.axis(m, 2, 0, 0), job.axis(m, 5, 0, 0)];
             let found = job.lobe(m).walk(&prepared, &axes[..1]).unwrap().values[0][0];
@@ -226,17 +230,101 @@ fn every_kernel_agrees_with_a_brute_force_sum() {
     on_gpu(|backend| {
         for kernel in ZONALS.iter().filter(|k| k.name != "ggx") {
             for (name, source) in scenes(128) {
-                // A quadratic law starts below the least alpha of Charlie here.
-                let laws = if kernel.name == "charlie" { &["linear"][..] } else { &["linear", "quadratic"] };
-                for law in laws {
+                for law in ["linear", "quadratic"] {
                     let job = kernel_job(kernel.name, 64, law);
                     let cube = baked(&job, &source, backend);
                     let errors = check(&job, &source, &cube, Extent { random: 10, bright: 4 }, &mut ignore).unwrap();
-                    hold(&format!("{}, {name}, {law}", kernel.name), &errors, &job, 0.5);
+                    // A single texel as wide as Charlie's ring at alpha 0.008 is the hardest case there is.
+                    let share = if kernel.name == "charlie" && law == "quadratic" { 0.7 } else { 0.5 };
+                    hold(&format!("{}, {name}, {law}", kernel.name), &errors, &job, share);
                 }
             }
         }
     });
+}
+
+#[test]
+fn photographs_agree_with_a_brute_force_sum_whatever_the_kernel() {
+    // Photographs are too large to keep here: they are read where the folder exists.
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/hdri");
+    let names = ["studio", "sunset", "venice"];
+    let photographs: Vec<_> = names
+        .iter()
+        .map(|name| (name, folder.join(format!("{name}.exr"))))
+        .filter(|(_, path)| path.exists())
+        .map(|(name, path)| (*name, import::read(&path, &Options::default(), &mut ignore).unwrap().environment))
+        .collect();
+    if photographs.is_empty() {
+        eprintln!("skipped: no photographs at '{}'", folder.display());
+    }
+    on_gpu(|backend| {
+        for (name, photograph) in &photographs {
+            for kernel in ZONALS {
+                let job = kernel_job(kernel.name, 64, "linear");
+                let cube = job.run(photograph, backend, &mut ignore).unwrap();
+                let errors = check(&job, photograph, &cube, Extent { random: 6, bright: 3 }, &mut ignore).unwrap();
+                hold(&format!("{}, {name}", kernel.name), &errors, &job, 1.0);
+            }
+        }
+    });
+}
+
+#[test]
+fn mip_0_is_compared_texel_by_texel() {
+    use brdf_baker::env::{Environment, Frame};
+    for (name, source) in [("room", room(64)), ("pole and seam", pole_and_seam(64)), ("sun", sun_sky(64))] {
+        for shape in ["cube", "equirect", "octahedral"] {
+            let job = SpecularRequest { shape: shape.into(), size: Some(16), mips: Some(1), ..Default::default() };
+            let job = job.resolve().unwrap();
+            let turned = Environment { frame: Frame::new(false, [20.0, 70.0, 5.0]), ..Environment::from(&source) };
+            let sound = job.run(&turned, &Backend::Cpu, &mut ignore).unwrap();
+            let verdict = |map: &Texture| {
+                let on = &mut ignore;
+                let report = cube::check_with_source(&job, map, &turned, f32_encoding(), table::Extent::Spot, on);
+                let report = report.unwrap();
+                (report.mip_0.expect("it is not filtered"), report.failures)
+            };
+            let (found, failures) = verdict(&sound);
+            println!("{name}, {shape}: mip 0 rms {:.1e}, max {:.1e} of {}", found.rms, found.worst, found.texels);
+            let is_off = |failures: &[String]| failures.iter().any(|f| f.contains("mip 0 is off"));
+            assert!(!is_off(&failures) && found.texels >= 32, "{name}, {shape}: {failures:?}");
+            // The neighbours' texels: the mean is as it was.
+            let mut moved = sound.clone();
+            moved.levels[0].rotate_right(3);
+            let (_, failures) = verdict(&moved);
+            assert!(is_off(&failures), "{name}, {shape}: {failures:?}");
+        }
+    }
+}
+
+#[test]
+fn a_cancelled_bake_ends_at_every_stage() {
+    let source = room(64);
+    for shape in ["cube", "equirect", "octahedral"] {
+        let job = shape_job(shape, 16);
+        let bake = |on: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>| {
+            let map = job.run(&source, &Backend::Cpu, on)?;
+            check(&job, &source, &map, Extent::SPOT, on)
+        };
+        let mut stages: Vec<String> = vec![];
+        bake(&mut |p| {
+            if stages.last().is_none_or(|last| last != p.stage) {
+                stages.push(p.stage.into());
+            }
+            ControlFlow::Continue(())
+        })
+        .unwrap();
+        assert!(stages.len() >= 4 && stages[0].contains("mip 0"), "{stages:?}");
+        for stage in stages.iter().filter(|s| *s != "filtered") {
+            let mut after = 0;
+            let answer = bake(&mut |p| {
+                let stop = p.stage == stage;
+                after += usize::from(after > 0 || stop);
+                if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            assert!(matches!(answer, Err(Error::Cancelled)) && after == 1, "{shape}, {stage}: {after}, {answer:?}");
+        }
+    }
 }
 
 #[test]
@@ -248,7 +336,7 @@ fn charlie_is_right_at_every_alpha_that_it_accepts() {
     for alpha in [charlie.least_alpha.unwrap(), 1.0 / 64.0, 0.03, 0.1, 0.3, 0.7, 1.0] {
         let job = kernel_job("charlie", 256, "linear");
         let lobe = brdf_baker::bake::specular::Lobe::new(charlie, alpha, job.precision);
-        let prepared = job.prepare(&source, None);
+        let prepared = job.prepare(&source, None, &mut ignore).unwrap();
         let (mut squares, mut worst) = (0.0, 0.0f64);
         const TEXELS: u32 = 16;
         for _ in 0..TEXELS {
@@ -421,7 +509,7 @@ fn requests_that_cannot_be_right_are_refused() {
     let narrow =
         SpecularRequest { kernel: "charlie".into(), size: Some(4096), roughness_law: "quadratic".into(), ..base() };
     let error = refused(narrow);
-    assert!(error.to_string().contains("charlie is right from 0.01000 up"), "{error}");
+    assert!(error.to_string().contains("charlie is right from 0.00400 up"), "{error}");
 }
 
 #[test]
@@ -440,7 +528,9 @@ fn gpu_agrees_with_its_twin() {
                 errors.sort_by(f32::total_cmp);
                 let (worst, median) = (errors[errors.len() - 1], errors[errors.len() / 2]);
                 println!("{law}: mip {mip} worst {worst:.1e}, median {median:.1e}");
-                assert!(worst <= 1e-4 && median <= 2e-6, "{law}: mip {mip}: {worst:e} {median:e}");
+                // At a sharp horizon rounding may decide by which of two formulas a node that touches it is added.
+                let bound = if job.kernel.sharp_horizon { 3e-4 } else { 1e-4 };
+                assert!(worst <= bound && median <= 2e-6, "{law}: mip {mip}: {worst:e} {median:e}");
             }
         }
     });

@@ -43,6 +43,25 @@ fn scale_by_a_thousandth_is_seen() {
 }
 
 #[test]
+fn faults_of_companions_are_seen() {
+    let names = ["scale", "cloth", "disney-diffuse"].map(String::from).to_vec();
+    let request = TableRequest { size: (32, 32), channels: Some(names), ..TableRequest::new("split-sum") };
+    let job = request.resolve().unwrap();
+    let sound = baked(&job);
+    assert_eq!(failures(&job, &sound), Vec::<String>::new(), "the sound table must pass");
+    for channel in 0..3 {
+        let mut texture = sound.clone();
+        texture.levels[0].chunks_exact_mut(3).for_each(|texel| texel[channel] *= 1.001);
+        let found = failures(&job, &texture);
+        assert!(found.iter().any(|f| f.contains(&texture.channels[channel])), "{channel}: {found:?}");
+    }
+    // Rows that run one ahead, as a shifted axis has them, are not those of a table that says otherwise.
+    let ahead = TableRequest { row_shift: 1, ..request }.resolve().unwrap();
+    assert_eq!(failures(&ahead, &baked(&ahead)), Vec::<String>::new());
+    assert!(!failures(&job, &baked(&ahead)).is_empty() && !failures(&ahead, &sound).is_empty());
+}
+
+#[test]
 fn scale_by_a_few_microunits_is_seen() {
     rejects("split-sum", |t| t.levels[0].iter_mut().for_each(|v| *v *= 1.0 - 4e-6));
 }
@@ -188,7 +207,7 @@ fn stored_half_off_by_two_ulp_is_seen_by_a_full_check() {
     let encoding = Encoding::parse("rg16f").unwrap();
     let mut texture = baked(&job);
     texture.levels[0].iter_mut().for_each(|v| *v = half::f16::from_f32(*v).to_f32());
-    let full = |t: &Texture| check(&job, t, Some(encoding), Extent::Full, &mut ignore).unwrap().failures;
+    let full = |t: &Texture| check(&job, t, Some(encoding.into()), Extent::Full, &mut ignore).unwrap().failures;
     assert_eq!(full(&texture), Vec::<String>::new());
     let bits = half::f16::from_f32(texture.levels[0][999]).to_bits();
     texture.levels[0][999] = half::f16::from_bits(bits + 2).to_f32();

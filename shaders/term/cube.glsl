@@ -11,3 +11,15 @@ vec3 direction(uint face, float s, float t) {
     default: return vec3(-s, -t, -1.0);
     }
 }
+
+// The face that a direction (of any length) meets, and where: face, s, t. On an edge the lower axis wins.
+vec3 locate(vec3 d) {
+    vec3 a = abs(d);
+    if (a.x >= a.y && a.x >= a.z) {
+        return d.x >= 0.0 ? vec3(0.0, -d.z / a.x, -d.y / a.x) : vec3(1.0, d.z / a.x, -d.y / a.x);
+    }
+    if (a.y >= a.z) {
+        return d.y >= 0.0 ? vec3(2.0, d.x / a.y, d.z / a.y) : vec3(3.0, d.x / a.y, -d.z / a.y);
+    }
+    return d.z >= 0.0 ? vec3(4.0, d.x / a.z, -d.y / a.z) : vec3(5.0, -d.x / a.z, -d.y / a.z);
+}

@@ -24,6 +24,7 @@ static FACTS: Facts = Facts {
     usage: "energy lost by single scattering = 1 - albedo",
     channels: |fresnel| by_reflectances(fresnel, &CHANNELS[..1], &CHANNELS, &CONDUCTOR_CHANNELS),
     // F = 1 answers only where no Fresnel term was given.
+    complement: Some(&LOST),
     default_channels: |fresnel| by_reflectances(fresnel, &["albedo"], &["reflected"], &["red", "green", "blue"]),
     fresnel: Fresnel::ONE,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
@@ -41,6 +42,7 @@ pub(super) const fn channel(name: &'static str, meaning: &'static str) -> Channe
     Channel { name, meaning, range: [0.0, 1.0] }
 }
 
+static LOST: Channel = channel("lost", "1 - albedo: what single scattering loses, F = 1");
 static CHANNELS: [Channel; 2] =
     [channel("albedo", "directional albedo with F = 1"), channel("reflected", "directional albedo with the exact F")];
 static CONDUCTOR_CHANNELS: [Channel; 4] = [

@@ -62,6 +62,7 @@ static FACTS: Facts = Facts {
     source: "Kulla, Conty 2017, Revisiting Physically Based Shading at Imageworks",
     usage: "multiple scattering lobe = (1 - E(n_dot_l)) * (1 - E(n_dot_v)) / (pi * (1 - average))",
     channels: |fresnel| by_reflectances(fresnel, &CHANNELS[..1], &CHANNELS, &CONDUCTOR_CHANNELS),
+    complement: Some(&LOST),
     default_channels: |fresnel| by_reflectances(fresnel, &["average"], &["reflected"], &["red", "green", "blue"]),
     fresnel: Fresnel::ONE,
     axes: &[Coordinate::Roughness],
@@ -74,6 +75,7 @@ static FACTS: Facts = Facts {
     },
 };
 
+static LOST: Channel = channel("lost", "1 - average: the mean of what single scattering loses, F = 1");
 static CHANNELS: [Channel; 2] = [
     channel("average", "2 * integral of albedo * n_dot_v, F = 1"),
     channel("reflected", "2 * integral of albedo * n_dot_v, exact F"),

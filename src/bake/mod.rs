@@ -3,17 +3,21 @@
 mod albedo;
 mod average_albedo;
 pub mod backend;
+pub mod companion;
 pub mod grid;
 pub mod model;
 pub mod quality;
-mod slices;
+pub mod roughness_law;
+pub(crate) mod slices;
 pub mod specular;
 mod split_sum;
 
 pub use backend::Backend;
 pub use model::Model;
+pub use roughness_law::RoughnessLaw;
 
-use crate::axis::{Axis, Coordinate, Points};
+use self::companion::{COMPANIONS, Companion};
+use crate::axis::{Axis, Coordinate, Points, Warp};
 use crate::error::{Error, Result, nearest};
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
@@ -25,6 +29,9 @@ pub const MAX_CHANNELS: usize = WEIGHTS;
 
 /// One value per channel of a table, in the order of its [`Facts::channels`]; unused ones are 0.
 pub type Values = [f64; MAX_CHANNELS];
+
+/// Most rows that a table may be shifted by.
+pub const MAX_ROW_SHIFT: u32 = 1;
 
 /// Largest side of a table in texels.
 pub const MAX_SIZE: u32 = 8192;
@@ -81,6 +88,8 @@ pub struct Facts {
     pub usage: &'static str,
     /// All channels that the table can hold.
     pub channels: fn(&Fresnel) -> &'static [Channel],
+    /// What 1 less its first channel is, where that means something.
+    pub complement: Option<&'static Channel>,
     /// The channels that it holds unless told otherwise.
     pub default_channels: fn(&Fresnel) -> &'static [&'static str],
     /// The Fresnel term unless told otherwise.
@@ -139,8 +148,26 @@ pub struct TableJob {
     pub model: Model,
     /// x axis, then y axis if there is one.
     pub axes: Vec<Axis>,
-    /// Indices into the table's [`Facts::channels`].
-    pub channels: Vec<usize>,
+    /// What each channel of a texel holds.
+    pub channels: Vec<Source>,
+}
+
+/// Where a channel comes from.
+#[derive(Clone, Copy)]
+pub enum Source {
+    /// The table, by index into its [`Facts::channels`].
+    Table(usize),
+    /// 1 less the table's first channel: its [`Facts::complement`].
+    Complement(&'static Channel),
+    /// Another quantity over the same coordinates.
+    Companion(&'static Companion),
+}
+
+impl Source {
+    /// Does it need the table's values?
+    fn is_of_table(&self) -> bool {
+        matches!(self, Source::Table(_) | Source::Complement(_))
+    }
 }
 
 /// A table to bake as a user words it; `None` means the table's default.
@@ -160,8 +187,10 @@ pub struct TableRequest {
     pub axes: Option<Vec<String>>,
     /// Where in its texel a value is taken.
     pub points: Points,
-    /// Row 0 holds the largest coordinate of the y axis (of the x axis in a table with one).
+    /// Row 0 holds the largest position of the y axis (of the x axis in a table with one).
     pub flip_v: bool,
+    /// Every row holds what belongs this many rows further along the y axis: [`Axis::shift`].
+    pub row_shift: u32,
     /// Names of the channels.
     pub channels: Option<Vec<String>>,
 }
@@ -178,6 +207,7 @@ impl TableRequest {
             axes: None,
             points: Points::Centers,
             flip_v: false,
+            row_shift: 0,
             channels: None,
         }
     }
@@ -189,20 +219,20 @@ impl TableRequest {
         let model = Model::parse(&self.ndf, &self.visibility)?.with(self.fresnel.unwrap_or(facts.fresnel));
         model.check()?;
         table.check(&model)?;
-        let coordinates: Vec<Coordinate> = match &self.axes {
-            None => facts.axes.to_vec(),
-            Some(names) => names.iter().map(|n| Coordinate::parse(n)).collect::<Result<_>>()?,
+        let warps: Vec<Warp> = match &self.axes {
+            None => facts.axes.iter().map(|a| a.plain()).collect(),
+            Some(names) => names.iter().map(|n| Warp::parse(n)).collect::<Result<_>>()?,
         };
-        let same_set = facts.axes.iter().all(|a| coordinates.contains(a)) && coordinates.len() == facts.axes.len();
-        if !same_set {
+        let same_set = facts.axes.iter().all(|a| warps.iter().any(|w| w.coordinate() == *a));
+        if !same_set || warps.len() != facts.axes.len() {
             let names: Vec<_> = facts.axes.iter().map(|a| a.name()).collect();
             return Err(Error::usage(
                 format!("{} has the axes {}", facts.name, names.join(" and ")),
-                format!("name each of them once, e.g. --axes {}", names.join(",")),
+                format!("name each of them once, warped or not, e.g. --axes {}", names.join(",")),
             ));
         }
-        let sizes = if coordinates.len() == 1 { vec![self.size.0] } else { vec![self.size.0, self.size.1] };
-        if coordinates.len() == 1 && self.size.1 != 1 && self.size.1 != self.size.0 {
+        let sizes = if warps.len() == 1 { vec![self.size.0] } else { vec![self.size.0, self.size.1] };
+        if warps.len() == 1 && self.size.1 != 1 && self.size.1 != self.size.0 {
             return Err(Error::usage(
                 format!("{} has one axis, so its height is 1, not {}", facts.name, self.size.1),
                 format!("use --size {}", self.size.0),
@@ -215,27 +245,45 @@ impl TableRequest {
                 format!("use --size from {least} to {MAX_SIZE}"),
             ));
         }
-        let last = coordinates.len() - 1;
-        let axis = |(i, (coordinate, len)): (usize, (Coordinate, u32))| Axis {
-            coordinate,
+        let last = warps.len() - 1;
+        let axis = |(i, (warp, len)): (usize, (Warp, u32))| Axis {
+            warp,
             points: self.points,
             len,
             reversed: self.flip_v && i == last,
+            shift: if i == last { self.row_shift } else { 0 },
         };
-        let axes = coordinates.into_iter().zip(sizes).enumerate().map(axis).collect();
-        let known = || (facts.channels)(&model.fresnel).iter().map(|c| c.name);
+        let axes = warps.into_iter().zip(sizes).enumerate().map(axis).collect();
+        let own = (facts.channels)(&model.fresnel);
+        let companions = || COMPANIONS.iter().filter(|_| facts.axes.len() == 2);
+        let known = || {
+            let beside = facts.complement.iter().map(|c| c.name).chain(companions().map(|c| c.channel.name));
+            own.iter().map(|c| c.name).chain(beside)
+        };
         let wanted: Vec<&str> = match &self.channels {
             None => (facts.default_channels)(&model.fresnel).to_vec(),
             Some(names) => names.iter().map(String::as_str).collect(),
         };
         let channel = |name: &&str| {
-            known()
-                .position(|k| k == *name)
+            let of_table = own.iter().position(|c| c.name == *name).map(Source::Table);
+            let of_complement = || facts.complement.filter(|c| c.name == *name).map(Source::Complement);
+            let of_companion = || companions().find(|c| c.channel.name == *name).map(Source::Companion);
+            of_table
+                .or_else(of_complement)
+                .or_else(of_companion)
                 .ok_or_else(|| Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known())))
         };
+        let channels: Vec<Source> = wanted.iter().map(channel).collect::<Result<_>>()?;
         let edges = |c| self.points == Points::Edges && facts.axes.contains(&c);
-        model.check_limits(edges(Coordinate::NDotV), edges(Coordinate::Roughness))?;
-        let channels: Vec<usize> = wanted.iter().map(channel).collect::<Result<_>>()?;
+        let (at_grazing, at_mirror) = (edges(Coordinate::NDotV), edges(Coordinate::Roughness));
+        if channels.iter().any(Source::is_of_table) {
+            model.check_limits(at_grazing, at_mirror)?;
+        }
+        for channel in &channels {
+            if let Source::Companion(companion) = channel {
+                companion.check_limits(at_grazing, at_mirror)?;
+            }
+        }
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
         }
@@ -253,7 +301,7 @@ impl TableJob {
     pub fn at(&self, x: u32, y: u32) -> At {
         let mut at = At { n_dot_v: 1.0, roughness: 1.0 };
         for (axis, i) in self.axes.iter().zip([x, y]) {
-            match axis.coordinate {
+            match axis.warp.coordinate() {
                 Coordinate::NDotV => at.n_dot_v = axis.at(i),
                 Coordinate::Roughness => at.roughness = axis.at(i),
             }
@@ -264,35 +312,82 @@ impl TableJob {
     /// The chosen channels, in order.
     pub fn channel_facts(&self) -> impl Iterator<Item = &'static Channel> + '_ {
         let all = (self.table.facts().channels)(&self.model.fresnel);
-        self.channels.iter().map(|c| &all[*c])
+        self.channels.iter().map(|source| match source {
+            Source::Table(c) => &all[*c],
+            Source::Complement(channel) => channel,
+            Source::Companion(companion) => &companion.channel,
+        })
+    }
+
+    /// Does any channel come from the table itself?
+    fn has_own(&self) -> bool {
+        self.channels.iter().any(Source::is_of_table)
     }
 
     /// The f64 rule's values of the chosen channels.
     pub fn rule(&self, at: At) -> Vec<f64> {
-        let all = self.table.rule(&self.model, at);
-        self.channels.iter().map(|c| all[*c]).collect()
+        let all = if self.has_own() { self.table.rule(&self.model, at) } else { Values::default() };
+        let value = |source: &Source| match source {
+            Source::Table(c) => all[*c],
+            Source::Complement(_) => 1.0 - all[0],
+            Source::Companion(companion) => companion.rule(at),
+        };
+        self.channels.iter().map(value).collect()
+    }
+
+    /// The truth of the chosen channels by adaptive integration, each with its own error, to about `share` of their
+    /// bounds.
+    pub fn truth(&self, at: At, share: f64) -> Vec<Estimate<1>> {
+        let tolerance = share * self.model.tolerance(&self.table.facts().tolerance).worst;
+        let all = match self.has_own() {
+            true => self.table.truth(&self.model, at, tolerance),
+            false => Estimate { value: Values::default(), error: 0.0 },
+        };
+        let value = |source: &Source| match source {
+            Source::Table(c) => Estimate { value: [all.value[*c]], error: all.error },
+            Source::Complement(_) => Estimate { value: [1.0 - all.value[0]], error: all.error },
+            Source::Companion(companion) => companion.truth(at, share * companion.tolerance().worst),
+        };
+        self.channels.iter().map(value).collect()
     }
 
     /// The rule and its nodes, in words.
     pub fn rule_name(&self) -> String {
-        (self.table.facts().rule)(&self.model)
+        let own = self.has_own().then(|| (self.table.facts().rule)(&self.model));
+        let companions = self.channels.iter().filter_map(|source| match source {
+            Source::Table(_) | Source::Complement(_) => None,
+            Source::Companion(companion) => Some(format!("{} by {}", companion.channel.name, companion.rule_name())),
+        });
+        own.into_iter().chain(companions).collect::<Vec<_>>().join("; ")
     }
 
     /// Bakes the table; its meta says everything but the measured error.
     pub fn run(&self, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
         let of = |wanted| {
-            let found = self.axes.iter().position(|a| a.coordinate == wanted);
+            let found = self.axes.iter().position(|a| a.warp.coordinate() == wanted);
             (found, found.map_or(vec![1.0], |i| self.axes[i].coordinates()))
         };
         let ((x_of, n_dot_v), (_, roughness)) = (of(Coordinate::NDotV), of(Coordinate::Roughness));
-        let all = self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?;
-        if let Some(bad) = all.iter().position(|v| !v.is_finite()) {
-            let detail = format!("value {bad} of {} is {}", all.len(), all[bad]);
-            return Err(Error::Gpu { op: format!("bake {}", self.table.facts().name), detail });
+        let all = match self.has_own() {
+            true => self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?,
+            false => vec![],
+        };
+        // Every channel as [roughness][n·v].
+        let mut planes = Vec::with_capacity(self.channels.len());
+        for (source, facts) in self.channels.iter().zip(self.channel_facts()) {
+            let plane = match source {
+                Source::Table(c) => all.iter().skip(*c).step_by(MAX_CHANNELS).copied().collect(),
+                Source::Complement(_) => all.iter().step_by(MAX_CHANNELS).map(|v| 1.0 - v).collect(),
+                Source::Companion(companion) => companion.bake(&n_dot_v, &roughness, backend, on)?,
+            };
+            if let Some(bad) = plane.iter().position(|v: &f32| !v.is_finite()) {
+                let detail = format!("value {bad} of {} of channel {} is {}", plane.len(), facts.name, plane[bad]);
+                return Err(Error::Gpu { op: format!("bake {}", self.table.facts().name), detail });
+            }
+            planes.push(plane);
         }
 
-        // From [roughness][n·v][every channel] to the order and the channels asked for.
-        let stride = MAX_CHANNELS;
+        // To the order of the file.
         let (width, height) = self.size();
         let mut texels = Vec::with_capacity((width * height) as usize * self.channels.len());
         for y in 0..height {
@@ -303,30 +398,49 @@ impl TableJob {
                     (Some(_), _) => (y, x),
                     (None, _) => (0, x),
                 };
-                let texel = (row as usize * n_dot_v.len() + column as usize) * stride;
-                texels.extend(self.channels.iter().map(|c| self.within_range(*c, all[texel + c])));
+                let texel = row as usize * n_dot_v.len() + column as usize;
+                texels.extend(planes.iter().enumerate().map(|(c, plane)| self.within_range(c, plane[texel])));
             }
         }
         let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
         Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta: self.meta(backend) })
     }
 
-    /// The bounds that the texels keep.
-    pub fn tolerance(&self) -> Tolerance {
-        self.model.tolerance(&self.table.facts().tolerance)
+    /// The bounds that the texels of a channel keep, by its place in a texel.
+    pub fn tolerance(&self, channel: usize) -> Tolerance {
+        match self.channels[channel] {
+            Source::Table(_) | Source::Complement(_) => self.model.tolerance(&self.table.facts().tolerance),
+            Source::Companion(companion) => companion.tolerance(),
+        }
     }
 
-    /// Least and greatest value of a chosen channel.
-    pub fn range(&self, channel: &Channel) -> [f32; 2] {
-        if self.model.bounded() { channel.range } else { [channel.range[0], self.model.largest()] }
+    /// The bounds of the loosest channel.
+    pub fn loosest(&self) -> Tolerance {
+        let bounds = (0..self.channels.len()).map(|c| self.tolerance(c));
+        bounds.max_by(|a, b| a.worst.total_cmp(&b.worst)).expect("a table has channels")
+    }
+
+    /// Least and greatest value of a channel, by its place in a texel.
+    pub fn range(&self, channel: usize) -> [f32; 2] {
+        match self.channels[channel] {
+            Source::Table(c) => {
+                let [low, high] = (self.table.facts().channels)(&self.model.fresnel)[c].range;
+                [low, if self.model.bounded() { high } else { self.model.largest() }]
+            }
+            Source::Complement(channel) => [1.0 - self.model.largest(), channel.range[1]],
+            Source::Companion(companion) => {
+                let roughness = self.axes.iter().filter(|a| a.warp.coordinate() == Coordinate::Roughness);
+                companion.range(roughness.flat_map(Axis::coordinates).fold(1.0, f64::min))
+            }
+        }
     }
 
     /// Moves a value that rounding carried over the end of its channel's range back to it. A value further out than
     /// the tolerance stays as it is, for the checks to find.
     fn within_range(&self, channel: usize, value: f32) -> f32 {
-        let [low, high] = self.range(&(self.table.facts().channels)(&self.model.fresnel)[channel]);
+        let [low, high] = self.range(channel);
         let inside = value.clamp(low, high);
-        if f64::from((value - inside).abs()) <= self.tolerance().worst { inside } else { value }
+        if f64::from((value - inside).abs()) <= self.tolerance(channel).worst { inside } else { value }
     }
 
     /// What the file says of itself.
@@ -338,14 +452,17 @@ impl TableJob {
         meta.set("ndf", self.model.ndf.to_string());
         meta.set("visibility", self.model.visibility.name);
         meta.set("fresnel", self.model.fresnel.to_string());
-        meta.set("axes", names(self.axes.iter().map(|a| a.coordinate.name()).collect()));
+        meta.set("axes", names(self.axes.iter().map(|a| a.warp.name()).collect()));
         meta.set("points", self.axes[0].points.name());
         meta.set(
             "order",
             names(self.axes.iter().map(|a| if a.reversed { "descending" } else { "ascending" }).collect()),
         );
         if let [_, y] = self.axes[..] {
-            let name = y.coordinate.name();
+            let name = y.warp.coordinate().name();
+            if y.shift != 0 {
+                meta.set("row-shift", y.shift);
+            }
             meta.set(
                 "rows",
                 format!("row 0 is the top and holds {name} {:.6}, the last {:.6}", y.at(0), y.at(y.len - 1)),
@@ -386,6 +503,12 @@ impl TableJob {
             axes: Some(list("axes")?),
             points: Points::parse(get("points")?)?,
             flip_v: list("order")?.last().is_some_and(|o| o == "descending"),
+            row_shift: match texture.meta.get("row-shift") {
+                None => 0,
+                Some(text) => text.parse().ok().filter(|shift| *shift <= MAX_ROW_SHIFT).ok_or_else(|| {
+                    Error::usage(format!("the file says row-shift '{text}'"), "rows are shifted by 0 or 1 texel")
+                })?,
+            },
             channels: Some(texture.channels.clone()),
         };
         request.resolve()

@@ -43,14 +43,14 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::Backend;
 use super::quality::{self, Quality};
 use super::slices::next_slice;
+use super::{Backend, RoughnessLaw};
 use crate::env::orientation::normalized;
 use crate::env::projection::Projection;
 use crate::env::tree::{FINE, Moments, Node, Params, Tree, face_and_corner};
 use crate::env::{CubeMap, Environment, Equirect, Frame, Picture, area, resample};
-use crate::error::{Error, Result, nearest};
+use crate::error::{Error, Result};
 use crate::gpu::{Gpu, MAX_GROUPS};
 use crate::ndf::alpha_of;
 use crate::progress::{OnProgress, tick};
@@ -79,46 +79,6 @@ const LEAST_LEAF_RAD: f64 = 0.006;
 
 /// Every Vulkan device takes buffers of this size: larger trees are walked in pieces.
 const BUFFER_BYTES: usize = 1 << 27;
-
-/// How roughness runs over the mips m = 0..=M.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RoughnessLaw {
-    /// roughness = m/M.
-    Linear,
-    /// roughness = 1 − √(1 − m/M): finer steps where reflections are sharp.
-    Quadratic,
-}
-
-impl RoughnessLaw {
-    /// All laws, in the order of their documentation.
-    pub const ALL: [RoughnessLaw; 2] = [RoughnessLaw::Linear, RoughnessLaw::Quadratic];
-
-    /// The name used on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            RoughnessLaw::Linear => "linear",
-            RoughnessLaw::Quadratic => "quadratic",
-        }
-    }
-
-    /// The law with this name.
-    pub fn parse(name: &str) -> Result<Self> {
-        let known = || Self::ALL.iter().map(|l| l.name());
-        Self::ALL
-            .into_iter()
-            .find(|l| l.name() == name)
-            .ok_or_else(|| Error::usage(format!("unknown roughness law '{name}'"), nearest(name, known())))
-    }
-
-    /// Roughness at `x` = m/M, in [0, 1].
-    pub fn roughness(self, x: f64) -> f64 {
-        match self {
-            RoughnessLaw::Linear => x,
-            // 1 − √(1 − x) without cancellation.
-            RoughnessLaw::Quadratic => x / (1.0 + (1.0 - x).sqrt()),
-        }
-    }
-}
 
 /// How finely the walk looks. The error goes with eps³.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -304,7 +264,7 @@ impl SpecularJob {
         match m {
             _ if self.kernel.least_alpha.is_none() => 1.0,
             0 => 0.0,
-            _ => alpha_of(self.law.roughness(f64::from(m) / f64::from(self.mips - 1))),
+            _ => alpha_of(self.law.roughness(m, self.mips - 1, self.size)),
         }
     }
 
@@ -333,7 +293,12 @@ impl SpecularJob {
     }
 
     /// Builds the tree for this job's narrowest lobe. `base` is `None` for the lowest value of each channel.
-    pub fn prepare<'a>(&self, environment: impl Into<Environment<'a>>, base: Option<[f32; 3]>) -> Prepared<'a> {
+    pub fn prepare<'a>(
+        &self,
+        environment: impl Into<Environment<'a>>,
+        base: Option<[f32; 3]>,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Prepared<'a>> {
         let Environment { picture, frame } = environment.into();
         let picture = match picture {
             Picture::Equirect(p) if p.width < LEAST_WIDTH => {
@@ -354,8 +319,8 @@ impl SpecularJob {
             least_extent_rad: LEAF * least,
             brightness_limit: p.brightness_limit * self.kernel.brightness,
         };
-        let tree = Tree::new(&picture, &params, base);
-        Prepared { picture, frame, cuts: fits, tree }
+        let tree = Tree::new(&picture, &params, base, on)?;
+        Ok(Prepared { picture, frame, cuts: fits, tree })
     }
 
     /// Bakes the environment; its meta says everything but the measured error.
@@ -375,8 +340,7 @@ impl SpecularJob {
             });
         }
         if !self.filtered().is_empty() {
-            tick(on, "building the tree", 0.0)?;
-            let prepared = self.prepare(&environment, None);
+            let prepared = self.prepare(&environment, None, on)?;
             levels.extend(self.filter(&prepared, backend, on)?);
         }
         let channels = ["r", "g", "b"].map(String::from).to_vec();
@@ -883,16 +847,7 @@ impl Lobe {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn laws_run_from_0_to_1() {
-        for law in RoughnessLaw::ALL {
-            assert_eq!((law.roughness(0.0), law.roughness(1.0)), (0.0, 1.0));
-            assert_eq!(RoughnessLaw::parse(law.name()).expect("its own name"), law);
-        }
-        assert_eq!(RoughnessLaw::Linear.roughness(0.25), 0.25);
-        assert!((RoughnessLaw::Quadratic.roughness(0.75) - 0.5).abs() < 1e-15);
-    }
+    use crate::progress::ignore;
 
     #[test]
     fn pieces_of_a_tree_add_up_to_it() {
@@ -902,7 +857,7 @@ mod tests {
             [(value >> 16) as f32, (value >> 20) as f32, 1.0 + (value >> 24) as f32]
         });
         let job = SpecularRequest { size: Some(32), ..Default::default() }.resolve().expect("valid");
-        let whole = job.prepare(&source, None);
+        let whole = job.prepare(&source, None, &mut ignore).expect("nobody cancels");
         let walk = |prepared: &Prepared<'_>| {
             let walked = job.lobe(1).walk(prepared, &[normalized([0.3, 0.5, -0.8])]).expect("few steps");
             [0, 1, 2].map(|k| walked.values[0][k] - f64::from(whole.tree.base[k]))

@@ -35,6 +35,7 @@ static FACTS: Facts = Facts {
     usage: "specular = F0 * scale + F90 * bias; albedo = scale + bias; F82 tint: - (1 - tint) * (F0 + (1 - F0) * 0.462664) \
             * 17.651385 * f82",
     channels: |_| &CHANNELS,
+    complement: None,
     default_channels: |_| &["scale", "bias"],
     fresnel: Fresnel::SCHLICK,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],

@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use brdf_baker::axis::Points;
 use brdf_baker::bake::{Backend, TableRequest};
-use brdf_baker::format::{self, Encoding, Fingerprint, Output};
+use brdf_baker::format::{self, Encoding, Output};
 use brdf_baker::material;
+use brdf_baker::target::{self, Choice};
 use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::texture::Shape;
 use brdf_baker::verify::table::{Extent, check};
@@ -15,23 +16,27 @@ use serde_json::json;
 
 use super::Global;
 use super::console::Console;
+use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
     /// split-sum, albedo or average-albedo
     table: String,
-    /// File to write; its extension chooses the container: .ktx2 .exr .hdr .png
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Texels: 256, or 128x32 for width x height
-    #[arg(long, default_value = "256", value_name = "N|WxH", value_parser = parse_size)]
-    size: (u32, u32),
-    /// Normal distribution function
-    #[arg(long, default_value = "ggx", value_name = "NAME[:PARAMETER=VALUE,...]")]
-    ndf: String,
-    /// Geometry term
-    #[arg(long, default_value = "smith", value_name = "NAME")]
-    visibility: String,
+    /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
+    #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
+    output: Option<PathBuf>,
+    /// Engine that loads the file: sets all that follows and is not given; see `brdf-baker list targets`
+    #[arg(long = "for", value_name = "ENGINE")]
+    target: Option<String>,
+    /// Texels: 256, or 128x32 for width x height [default: 256]
+    #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
+    size: Option<(u32, u32)>,
+    /// Normal distribution function [default: ggx]
+    #[arg(long, value_name = "NAME[:PARAMETER=VALUE,...]")]
+    ndf: Option<String>,
+    /// Geometry term [default: smith]
+    #[arg(long, value_name = "NAME")]
+    visibility: Option<String>,
     /// Exact Fresnel of a dielectric of this refractive index over the medium's that light comes from; below 1 from inside
     #[arg(long, value_name = "N", group = "fresnel")]
     ior: Option<f64>,
@@ -41,21 +46,33 @@ pub struct BakeArgs {
     /// Exact Fresnel of a named material, see `brdf-baker materials`
     #[arg(long, value_name = "NAME", group = "fresnel")]
     material: Option<String>,
-    /// What runs along x and y [default: n_dot_v,roughness]
+    /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha [default:
+    /// n_dot_v,roughness]
     #[arg(long, value_name = "X,Y", value_delimiter = ',')]
     axes: Option<Vec<String>>,
-    /// Where in its texel a value is taken: centers, (i + 1/2)/N, or edges, i/(N - 1)
-    #[arg(long, default_value = "centers", value_name = "centers|edges")]
-    points: String,
-    /// Put the largest y coordinate into row 0 (the default is the smallest)
-    #[arg(long)]
-    flip_v: bool,
+    /// Where in its texel a value is taken: centers, (i + 1/2)/N, or edges, i/(N - 1) [default: centers]
+    #[arg(long, value_name = "centers|edges")]
+    points: Option<String>,
+    /// Put the largest y coordinate into row 0 instead of the smallest
+    #[arg(
+        long,
+        value_name = "true|false",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "true"
+    )]
+    flip_v: Option<bool>,
+    /// Take every row where it belongs, for a target whose own tables have them one texel high
+    #[arg(long, requires = "target")]
+    exact_rows: bool,
     /// What the channels hold, in order [default: scale,bias for split-sum]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     channels: Option<Vec<String>>,
-    /// How texels are stored [default: half float where the container has it]
+    /// How texels are stored [default: half float where the container has it, single in source code]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
+    #[command(flatten)]
+    storage: StorageArgs,
 }
 
 impl BakeArgs {
@@ -64,56 +81,91 @@ impl BakeArgs {
 
         // Everything that can be refused is refused before any work.
         let fresnel = fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?;
+        let target = self.target.as_deref().map(target::parse).transpose()?;
+        let preset = target.map(|t| t.table(&self.table)).transpose()?;
+        let mut choice = Choice::of(target);
+        let owned = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
         let request = TableRequest {
+            size: choice.pick("size", self.size, preset.map(|p| p.size), (256, 256)),
+            ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), "ggx".into()),
+            visibility: choice.pick("visibility", self.visibility, preset.map(|p| p.visibility.into()), "smith".into()),
+            axes: choice.pick(
+                "axes",
+                self.axes.map(Some),
+                preset.map(|p| Some(p.axes.iter().map(|axis| axis.name().to_string()).collect())),
+                None,
+            ),
+            points: choice.pick(
+                "points",
+                self.points.as_deref().map(Points::parse).transpose()?,
+                preset.map(|p| p.points),
+                Points::Centers,
+            ),
+            flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
+            row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
+            channels: choice.pick(
+                "channels",
+                self.channels.map(Some),
+                // An exact Fresnel term has channels of its own.
+                preset.filter(|_| fresnel.is_none()).map(|p| Some(owned(p.channels))),
+                None,
+            ),
             table: self.table,
-            size: self.size,
-            ndf: self.ndf,
-            visibility: self.visibility,
             fresnel,
-            axes: self.axes,
-            points: Points::parse(&self.points)?,
-            flip_v: self.flip_v,
-            channels: self.channels,
         };
         let job = request.resolve()?;
-        let wanted = self.encoding.as_deref().map(Encoding::parse).transpose()?;
-        let format = format::for_path(&self.output)?;
-        let encoding = format::choose(format, Shape::Table, job.channels.len(), wanted)?;
-        for channel in job.channel_facts() {
-            let [low, high] = job.range(channel);
-            format::check_range(&self.output, format, encoding, channel.name, &(low..=high))?;
+        let path = match (self.output, preset) {
+            (Some(path), _) => path,
+            (None, Some(preset)) => format!("{}.{}", preset.stem, preset.extension).into(),
+            (None, None) => unreachable!("the command line asks for either"),
+        };
+        let format = format::for_path(&path)?;
+        let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
+        let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
+        let channels = job.channels.len();
+        let encoding = choice.encoding(format, Shape::Table, channels, given, of_preset)?;
+        let storage = self.storage.of(format, encoding)?;
+        if let Some(preset) = preset {
+            choice.container(format, preset.extension);
         }
-        let output = Output::prepare(&self.output)?;
+        console.overrides(&choice);
+        for (i, channel) in job.channel_facts().enumerate() {
+            let [low, high] = job.range(i);
+            format::check_range(&path, format, encoding, channel.name, &(low..=high))?;
+        }
+        let output = Output::prepare(&path)?;
 
         let backend = Backend::open(&global.device, global.validate)?;
         let mut texture = job.run(&backend, &mut |p| console.progress(p))?;
         let report = check(&job, &texture, None, Extent::Spot, &mut |p| console.progress(p))?;
         if let Some(failure) = report.failures.first() {
-            return Err(Error::Verify { what: format!("'{}' was not written: {failure}", self.output.display()) });
+            return Err(Error::Verify { what: format!("'{}' was not written: {failure}", path.display()) });
         }
         backend.check_messages()?;
         if let Some(name) = &self.material {
             texture.meta.set("material", name);
         }
+        choice.describe(&mut texture.meta);
         texture.meta.set("error.worst", format!("{:.2e}", report.worst() + report.truth_error));
         texture.meta.set("error.median", format!("{:.2e}", report.median()));
-        texture.meta.set("error.bound", format!("{:.0e}", job.tolerance().worst));
+        texture.meta.set("error.bound", format!("{:.0e}", job.loosest().worst));
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
-        Fingerprint::of(&texture, encoding)?.state(&mut texture.meta);
-        let written = output.commit(format, &texture, encoding)?;
+        format::certify(&mut texture, storage)?;
+        let written = output.commit(format, &texture, storage)?;
+        storage::warn_of_lost_meta(format, &path, console);
 
         let seconds = start.elapsed().as_secs_f64();
         let (width, height) = job.size();
-        let path = self.output.display();
         let (worst, rounding) = (report.worst() + report.truth_error, written.rounding.max_abs);
         console.result(
             &format!(
-                "{path}  {width}x{height} {}  max error {worst:.1e} (+ {rounding:.1e} rounding)  {seconds:.2} s  {}",
+                "{}  {width}x{height} {}  max error {worst:.1e} (+ {rounding:.1e} rounding)  {seconds:.2} s  {}",
+                path.display(),
                 encoding.name,
                 backend.name()
             ),
             &json!({
-                "path": self.output,
+                "path": path,
                 "table": job.table.facts().name,
                 "width": width,
                 "height": height,

@@ -5,8 +5,11 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
+use brdf_baker::format;
 use brdf_baker::progress::Progress;
+use brdf_baker::target::Choice;
 use brdf_baker::{Error, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::Value;
@@ -15,6 +18,9 @@ use super::Global;
 
 /// Resolution of the progress bar.
 const BAR_STEPS: u64 = 1000;
+/// A command that has not ended by itself so long after Ctrl-C is ended from outside: a decoder, a driver's compiler and
+/// a disk know nothing of cancelling.
+const GRACE: Duration = Duration::from_millis(50);
 
 /// Standard output, the progress bar, and the cancel flag.
 pub struct Console {
@@ -25,12 +31,9 @@ pub struct Console {
 }
 
 impl Console {
-    /// Takes over Ctrl-C: the running command ends within one slice of work and leaves no file.
+    /// Takes over Ctrl-C: the running command ends within one slice of work, at the latest after [`GRACE`], and leaves no
+    /// file.
     pub fn new(global: &Global) -> Result<Console> {
-        let cancelled = Arc::new(AtomicBool::new(false));
-        let flag = cancelled.clone();
-        ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-            .map_err(|e| Error::usage(format!("cannot take over Ctrl-C: {e}"), ""))?;
         let bar = if global.quiet || global.json || !std::io::stderr().is_terminal() {
             ProgressBar::hidden()
         } else {
@@ -38,6 +41,18 @@ impl Console {
                 .expect("the template is valid");
             ProgressBar::new(BAR_STEPS).with_style(style)
         };
+        let cancelled = Arc::new(AtomicBool::new(false));
+        let (flag, shown) = (cancelled.clone(), bar.clone());
+        let on_ctrl_c = move || {
+            flag.store(true, Ordering::Relaxed);
+            std::thread::sleep(GRACE);
+            let _no_more_files = format::abandon();
+            shown.finish_and_clear();
+            report(&Error::Cancelled);
+            // Not through the exit handlers of libraries: a driver's would wait for threads that are still at work.
+            signal_hook::low_level::exit(Error::Cancelled.exit_code().into());
+        };
+        ctrlc::set_handler(on_ctrl_c).map_err(|e| Error::usage(format!("cannot take over Ctrl-C: {e}"), ""))?;
         Ok(Console { json: global.json, quiet: global.quiet, bar, cancelled })
     }
 
@@ -67,6 +82,13 @@ impl Console {
         }
     }
 
+    /// Says what the user chose instead of a target's preset.
+    pub fn overrides(&self, choice: &Choice) {
+        if let (Some(target), [_, ..]) = (choice.target(), choice.overrides()) {
+            self.warn(&format!("not what {target} wants by default: {}", choice.overrides().join(", ")));
+        }
+    }
+
     /// Prints a warning to stderr.
     pub fn warn(&self, text: &str) {
         if !self.quiet {
@@ -75,8 +97,13 @@ impl Console {
     }
 }
 
-/// Prints an error and its way out to stderr.
+/// Prints an error and its way out to stderr; only the first, as a command that ends and the handler of Ctrl-C may both
+/// come here.
 pub fn report(error: &Error) {
+    static REPORTED: AtomicBool = AtomicBool::new(false);
+    if REPORTED.swap(true, Ordering::Relaxed) {
+        return;
+    }
     eprintln!("error: {error}");
     if !error.help().is_empty() {
         eprintln!("  help: {}", error.help());

@@ -5,11 +5,13 @@ use std::time::Instant;
 
 use brdf_baker::bake::Backend;
 use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
+use brdf_baker::env::FileAxes;
 use brdf_baker::env::import::{self, Imported, Options};
 use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh::{self, Window};
-use brdf_baker::format::{self, Encoding, Fingerprint, Format, Output};
+use brdf_baker::format::{self, Encoding, Format, Output, Steps, Storage, harmonics};
 use brdf_baker::progress::Progress;
+use brdf_baker::target::{self, Choice, EnvironmentPreset, Target};
 use brdf_baker::term::zonal::ZONALS;
 use brdf_baker::texture::Texture;
 use brdf_baker::verify::certificate::Certificate;
@@ -21,42 +23,58 @@ use serde_json::json;
 use super::Global;
 use super::console::Console;
 use super::source::{self, SourceArgs};
+use super::storage::{self, StorageArgs};
 use super::verify::{Checked, exceeds};
+
+/// Texels along an edge of the irradiance unless told otherwise.
+const DIFFUSE_SIZE: u32 = 64;
 
 #[derive(clap::Args)]
 pub struct EnvArgs {
     /// Environment: a file, a folder of six faces, a path with {face} in it, or six paths joined by commas
     input: PathBuf,
-    /// File to write: .ktx2 or .exr; .hdr for a map of one level
-    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["irradiance", "sh"])]
+    /// File to write: .ktx2 .exr .dds .ktx .env; a map of one level .hdr .png too [default: the input's name and the target's
+    /// ending]
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["irradiance", "sh", "target"])]
     output: Option<PathBuf>,
-    /// Filter kernel; `brdf-baker list kernels` says more
-    #[arg(long, default_value = "ggx", value_name = "NAME")]
-    kernel: String,
-    /// Layout: six faces, a picture twice as wide as high, or an octahedral square with +Y in the middle
-    #[arg(long, default_value = "cube", value_name = "cube|equirect|octahedral")]
-    shape: String,
+    /// Engine that loads the files: sets all that follows and is not given, and what is written beside the map; see
+    /// `brdf-baker list targets`
+    #[arg(long = "for", value_name = "ENGINE")]
+    target: Option<String>,
+    /// Filter kernel; `brdf-baker list kernels` says more [default: ggx]
+    #[arg(long, value_name = "NAME")]
+    kernel: Option<String>,
+    /// Layout: six faces, a picture twice as wide as high, or an octahedral square with +Y in the middle [default: cube]
+    #[arg(long, value_name = "cube|equirect|octahedral")]
+    shape: Option<String>,
     /// Texels along an edge of mip 0; the height of an equirect [default: 256, 64 for lambert]
     #[arg(long, value_name = "N")]
     size: Option<u32>,
     /// Number of mips, mip 0 included [default: down to one texel]
     #[arg(long, value_name = "N")]
     mips: Option<u32>,
-    /// Roughness of mip m of M + 1: linear, m/M, or quadratic, 1 - sqrt(1 - m/M)
-    #[arg(long, default_value = "linear", value_name = "linear|quadratic")]
-    roughness_law: String,
+    /// Roughness of mip m of M + 1: linear, m/M, quadratic, 1 - sqrt(1 - m/M), or that of an engine; see `brdf-baker list
+    /// laws` [default: linear]
+    #[arg(long, value_name = "NAME")]
+    roughness_law: Option<String>,
+    /// What of the environment the file's (x, y, z) shows, for engines that turn directions round: x,y,-z shows at +Z what
+    /// lies at -Z [default: x,y,z]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    file_axes: Option<String>,
     /// Error against time: of every mip 1e-2, 1e-3 or 2.5e-4 rms
     #[arg(long, default_value = "standard", value_name = "draft|standard|reference")]
     quality: String,
     /// How texels are stored [default: half floats where the format has them]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
+    #[command(flatten)]
+    storage: StorageArgs,
     /// Also write the irradiance over pi, one level of the same shape
     #[arg(long, value_name = "FILE")]
     irradiance: Option<PathBuf>,
-    /// Texels along an edge of --irradiance
-    #[arg(long, default_value_t = 64, value_name = "N", requires = "irradiance")]
-    irradiance_size: u32,
+    /// Texels along an edge of the irradiance [default: 64]
+    #[arg(long, value_name = "N")]
+    irradiance_size: Option<u32>,
     /// Also write spherical harmonics of radiance and irradiance, as JSON
     #[arg(long, value_name = "FILE")]
     sh: Option<PathBuf>,
@@ -75,28 +93,43 @@ struct Wanted {
     path: PathBuf,
     job: SpecularJob,
     format: &'static dyn Format,
-    encoding: Encoding,
+    storage: Storage,
     output: Output,
+    choice: Choice,
+}
+
+/// How a map is stored, as the user and the target word it.
+#[derive(Clone, Copy)]
+struct Stored<'a> {
+    given: Option<Encoding>,
+    preset: Option<&'static EnvironmentPreset>,
+    args: &'a StorageArgs,
 }
 
 impl Wanted {
-    fn new(path: PathBuf, request: &SpecularRequest, encoding: Option<&str>) -> Result<Wanted> {
+    fn new(path: PathBuf, request: &SpecularRequest, stored: Stored<'_>, mut choice: Choice) -> Result<Wanted> {
         let job = request.resolve()?;
         let format = format::for_path(&path)?;
-        let encoding = format::choose(format, job.shape(), 3, encoding.map(Encoding::parse).transpose()?)?;
+        let of_preset = stored.preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
+        let encoding = choice.encoding(format, job.shape(), 3, stored.given, of_preset)?;
+        let storage = stored.args.of(format, encoding)?;
+        if let Some(preset) = stored.preset {
+            choice.container(format, preset.extension);
+        }
         if job.mips > 1 && !format.holds_mips() {
             let what = format!("{} holds one level, not the {} of '{}'", format.name(), job.mips, path.display());
             return Err(Error::usage(what, "use --mips 1, or write a .ktx2 or .exr file"));
         }
+        format.accepts(job.size, job.mips)?;
         let output = Output::prepare(&path)?;
-        Ok(Wanted { path, job, format, encoding, output })
+        Ok(Wanted { path, job, format, storage, output, choice })
     }
 
     /// Bakes, and refuses to go on with a result that its own check finds wrong.
     fn bake(&self, source: &Source<'_>, backend: &Backend, console: &mut Console) -> Result<Baked> {
         let environment = &source.imported.environment;
         let mut texture = self.job.run(environment, backend, &mut |p| console.progress(p))?;
-        let spot = environment::Extent::SPOT;
+        let spot = environment::Extent::after_baking(self.job.quality);
         let errors = environment::check(&self.job, environment, &texture, spot, &mut |p| console.progress(p))?;
         let (rms, worst, texels) = summary(&errors);
         let bound = self.job.quality.worst_bound;
@@ -110,11 +143,13 @@ impl Wanted {
         }
         texture.meta.set("input", &source.name);
         source.options.describe(source.imported, &mut texture.meta);
+        self.choice.describe(&mut texture.meta);
         texture.meta.set("error.relative.rms", format!("{rms:.1e}"));
         texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
         texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
         texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
-        Fingerprint::of(&texture, self.encoding)?.state(&mut texture.meta);
+        harmonics::state(&harmonics::irradiance(environment), &mut texture.meta);
+        format::certify(&mut texture, self.storage)?;
         Ok(Baked { texture, rms, worst, texels })
     }
 
@@ -127,9 +162,11 @@ impl Wanted {
         backend: &Backend,
         console: &mut Console,
     ) -> Result<()> {
-        let Wanted { path, job, format, encoding, output } = self;
+        let Wanted { path, job, format, storage, output, choice } = self;
+        let encoding = storage.encoding;
         let Baked { texture, rms, worst, texels } = baked;
-        let written = output.commit(format, texture, encoding)?;
+        let written = output.commit(format, texture, storage)?;
+        storage::warn_of_lost_meta(format, &path, console);
         if written.rounding.clamped > 0 {
             console.warn(&format!(
                 "{} values of '{}' exceed what {} holds and were clamped; --encoding rgba32f keeps them",
@@ -165,6 +202,7 @@ impl Wanted {
                 "size": job.size,
                 "mips": job.mips,
                 "quality": job.quality.name,
+                "target": choice.target(),
                 "encoding": encoding.name,
                 "bytes": written.bytes,
                 "max_error": worst,
@@ -205,33 +243,69 @@ impl EnvArgs {
         let start = Instant::now();
 
         // Everything that can be refused is refused before any work.
-        let encoding = self.encoding.as_deref();
+        let target = self.target.as_deref().map(target::parse).transpose()?;
+        let preset = target.map(Target::environment).transpose()?;
+        let stored =
+            Stored { given: self.encoding.as_deref().map(Encoding::parse).transpose()?, preset, args: &self.storage };
+        let mut choice = Choice::of(target);
+        let shape = choice.pick("shape", self.shape, preset.map(|p| p.shape.into()), "cube".into());
+        let size = choice.pick("size", self.size.map(Some), preset.map(|p| Some(p.size)), None);
         let request = SpecularRequest {
-            kernel: self.kernel,
-            shape: self.shape,
-            size: self.size,
-            mips: self.mips,
-            roughness_law: self.roughness_law,
+            kernel: choice.pick("kernel", self.kernel, preset.map(|_| "ggx".into()), "ggx".into()),
+            mips: choice.pick("mips", self.mips.map(Some), preset.zip(size).map(|(p, n)| Some(p.mips.of(n))), None),
+            roughness_law: choice.pick(
+                "roughness-law",
+                self.roughness_law,
+                preset.map(|p| p.law.name().into()),
+                "linear".into(),
+            ),
+            shape,
+            size,
             quality: self.quality,
         };
+        let file_axes = choice.pick(
+            "file-axes",
+            self.file_axes.as_deref().map(FileAxes::parse).transpose()?,
+            preset.map(|p| FileAxes::parse(p.file_axes)).transpose()?,
+            FileAxes::IDENTITY,
+        );
+        let name = self.input.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let path = self.output.or_else(|| preset.map(|p| default_path(&name, p)));
         let mut wanted = vec![];
-        if let Some(path) = self.output {
-            wanted.push(Wanted::new(path, &request, encoding)?);
+        let mut irradiance = self.irradiance;
+        let mut irradiance_size = self.irradiance_size;
+        if let Some(path) = path {
+            for beside in preset.map_or(&[][..], |p| p.beside) {
+                let file = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+                let path =
+                    path.with_file_name(target::beside_name(&file, preset.expect("it has files beside"), beside));
+                match beside.content {
+                    target::Content::Diffuse => {
+                        irradiance = irradiance.or(Some(path));
+                        irradiance_size = irradiance_size.or(beside.size);
+                    }
+                    target::Content::Skybox => {
+                        let request = SpecularRequest { size: beside.size.or(size), mips: Some(1), ..request.clone() };
+                        wanted.push(Wanted::new(path, &request, stored, Choice::of(target))?);
+                    }
+                }
+            }
+            let map = Wanted::new(path, &request, stored, choice)?;
+            console.overrides(&map.choice);
+            wanted.insert(0, map);
         }
-        if let Some(path) = self.irradiance {
-            let size = Some(self.irradiance_size);
+        if let Some(path) = irradiance {
+            let size = Some(irradiance_size.unwrap_or(DIFFUSE_SIZE));
             let request = SpecularRequest { kernel: "lambert".into(), size, mips: None, ..request };
-            wanted.push(Wanted::new(path, &request, encoding)?);
+            wanted.push(Wanted::new(path, &request, stored, Choice::of(target))?);
         }
         sh::check_order(self.sh_order)?;
         let window = Window::parse(&self.sh_window)?;
         let harmonics = self.sh.map(|path| Ok((Output::prepare(&path)?, path))).transpose()?;
 
-        let options = self.source.options()?;
+        let options = self.source.options(file_axes)?;
         let imported = import::read(&self.input, &options, &mut |p| console.progress(p))?;
         source::warn(&self.input, &options, &imported, console);
-        let name = self.input.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-
         let source = Source { path: &self.input, name, options: &options, imported: &imported };
 
         // All results before the first file.
@@ -267,6 +341,16 @@ impl EnvArgs {
     }
 }
 
+/// Where a target's map goes that the user gave no name: into the working folder.
+fn default_path(input: &str, preset: &EnvironmentPreset) -> PathBuf {
+    let stem = Path::new(input).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    // `yard_{face}.png` is called yard.
+    let stem = stem.replace("{face}", "");
+    let stem = stem.trim_end_matches(['_', '-', '.']);
+    let stem = if stem.is_empty() { "environment" } else { stem };
+    format!("{stem}{}.{}", preset.suffix, preset.extension).into()
+}
+
 /// The most memory that the process has held, where the system says so.
 fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
@@ -291,6 +375,7 @@ pub fn verify(
 ) -> Result<()> {
     let file = checked.file.as_path();
     let job = SpecularJob::from_meta(texture).map_err(|e| Error::input(file, e.to_string(), e.help().to_string()))?;
+    let steps = Steps::of(encoding, &texture.meta)?;
     let on = &mut |p: Progress<'_>| console.progress(p);
     let imported = match source {
         Some(source) => Some(import::read(source, &Options::from_meta(&texture.meta)?, on)?),
@@ -298,10 +383,10 @@ pub fn verify(
     };
     let source = imported.as_ref().map(|i| &i.environment);
     let report = match source {
-        Some(source) => cube::check_with_source(&job, texture, source, encoding, checked.extent, on)?,
-        None => cube::check(&job, texture, encoding, checked.extent, on)?,
+        Some(source) => cube::check_with_source(&job, texture, source, steps, checked.extent, on)?,
+        None => cube::check(&job, texture, steps, checked.extent, on)?,
     };
-    let certificate = certificate.environment(&job, &texture.meta, &report, encoding);
+    let certificate = certificate.environment(&job, &texture.meta, &report, &steps);
     let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
     let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
     if let Some(most) = checked.max_error {
@@ -338,6 +423,13 @@ fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &C
         job.projection.name(),
         job.kernel.name
     );
+    if let Some(m) = &report.mip_0 {
+        let (rms, max, bound) = (m.rms, m.worst, m.bound);
+        text.push_str(&format!(
+            "; rms {rms:.1e}, max {max:.1e} of {} texels, against the source (bound {bound:.1e} rms)",
+            m.texels
+        ));
+    }
     for mip in &report.skipped {
         text.push_str(&format!("\n  mip {mip:<2}     not compared: give the environment with --source"));
     }

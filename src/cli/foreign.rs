@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use brdf_baker::axis::{self, Axis, Coordinate};
+use brdf_baker::axis::{self, Axis};
 use brdf_baker::bake::{MAX_SIZE, TableRequest};
 use brdf_baker::format::{self, Encoding, picture::Picture};
 use brdf_baker::texture::{Shape, Texture};
 use brdf_baker::verify::identify::{
-    Content, Hypothesis, Layout, Points, Quantity, Side, Transfer, Verdict, Warp, identify, measure,
+    Content, Hypothesis, Layout, Points, Quantity, Side, Transfer, Verdict, identify, measure,
 };
 use brdf_baker::{Error, Result};
 use serde_json::json;
@@ -188,10 +188,7 @@ fn stated(ndf: &str, model: &ModelArgs, picture: &Picture) -> Result<(Hypothesis
         ));
     }
     let side = |axis: &Axis| Side {
-        warp: match axis.coordinate {
-            Coordinate::NDotV => Warp::NDotV,
-            Coordinate::Roughness => Warp::Roughness,
-        },
+        warp: axis.warp,
         points: match axis.points {
             axis::Points::Centers => Points::Centers,
             axis::Points::Edges => Points::Edges,

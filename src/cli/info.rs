@@ -4,6 +4,7 @@ use std::path::Path;
 
 use brdf_baker::Result;
 use brdf_baker::format;
+use brdf_baker::target;
 use brdf_baker::texture::Shape;
 use serde_json::{Map, Value, json};
 
@@ -23,12 +24,21 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
     line("size", &size);
     line("levels", &texture.levels.len().to_string());
     line("encoding", encoding.name);
+    if let Some(formula) = encoding.formula() {
+        line("decode", formula);
+    }
     line("channels", &texture.channels.join(","));
     for (key, value) in texture.meta.iter() {
         line(key, value);
     }
     if texture.meta.is_empty() {
         line("note", "the file does not say what it holds: brdf-baker did not write it, or its metadata was stripped");
+    }
+    let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let snippet = target::snippet(&texture.meta, &name);
+    if let (Some(snippet), Some(target)) = (&snippet, texture.meta.get("target")) {
+        text.push_str(&format!("\nIn {target}:\n"));
+        snippet.lines().for_each(|line| text.push_str(&format!("    {line}\n")));
     }
     let meta: Map<String, Value> = texture.meta.iter().map(|(k, v)| (k.to_string(), json!(v))).collect();
     console.result(
@@ -40,8 +50,10 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
             "height": texture.height,
             "levels": texture.levels.len(),
             "encoding": encoding.name,
+            "decode": encoding.formula(),
             "channels": texture.channels,
             "meta": meta,
+            "snippet": snippet,
         }),
     )
 }

@@ -1,12 +1,15 @@
 //! `brdf-baker list` and `brdf-baker devices`: everything is printed from the registries.
 
-use brdf_baker::bake::TABLES;
-use brdf_baker::format::{ENCODINGS, formats};
+use brdf_baker::bake::companion::COMPANIONS;
+use brdf_baker::bake::{RoughnessLaw, TABLES};
+use brdf_baker::format::{ENCODINGS, Encoding, Format, formats};
 use brdf_baker::ndf::NDFS;
+use brdf_baker::target::{TARGETS, Target};
 use brdf_baker::term::fresnel::TERMS;
 use brdf_baker::term::visibility::VISIBILITIES;
 use brdf_baker::texture::Shape;
 use brdf_baker::{Result, gpu};
+use clap::ValueEnum;
 use serde_json::json;
 
 use super::console::Console;
@@ -18,7 +21,10 @@ pub enum What {
     Visibilities,
     Fresnels,
     Kernels,
+    Laws,
     Encodings,
+    Formats,
+    Targets,
 }
 
 /// One entry of a registry.
@@ -34,7 +40,11 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
         What::Tables => {
             let entry = |t: &&dyn brdf_baker::bake::Table| {
                 let facts = t.facts();
-                let channels: Vec<_> = (facts.channels)(&facts.fresnel).iter().map(|c| c.name).collect();
+                let mut channels: Vec<_> = (facts.channels)(&facts.fresnel).iter().map(|c| c.name).collect();
+                channels.extend(facts.complement.map(|c| c.name));
+                if facts.axes.len() == 2 {
+                    channels.extend(COMPANIONS.iter().map(|c| c.channel.name));
+                }
                 let about = format!("{} (channels {})", facts.about, channels.join(", "));
                 Entry { name: facts.name, about, source: facts.source }
             };
@@ -72,6 +82,14 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
             "kernels",
             super::env::kernels().map(|(name, about, source)| Entry { name, about: own(about), source }).collect(),
         ),
+        What::Laws => {
+            let entry = |law: &RoughnessLaw| Entry { name: law.name(), about: own(law.about()), source: "" };
+            ("laws", RoughnessLaw::ALL.iter().map(entry).collect())
+        }
+        What::Targets => {
+            let entry = |t: &&'static Target| Entry { name: t.name, about: t.about.join("\n"), source: t.source };
+            ("targets", TARGETS.iter().map(entry).collect())
+        }
         What::Encodings => {
             let about = |encoding| {
                 let holders: Vec<String> = formats()
@@ -85,17 +103,32 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
             };
             ("encodings", ENCODINGS.iter().map(|e| Entry { name: e.name, about: about(e), source: "" }).collect())
         }
+        What::Formats => {
+            let shapes = [(Shape::Table, "tables"), (Shape::Map, "maps"), (Shape::Cube, "cubes")];
+            let entry = |f: &&'static dyn Format| {
+                let held = shapes.iter().filter(|(shape, _)| !f.encodings(*shape).is_empty());
+                let held: Vec<&str> = held.map(|(_, word)| *word).collect();
+                let mips = if f.holds_mips() { "mips" } else { "one level" };
+                let meta = if f.holds_meta() { "" } else { ", no metadata" };
+                let is_held = |e: &&Encoding| shapes.iter().any(|(shape, _)| f.encodings(*shape).contains(e));
+                let names: Vec<&str> = ENCODINGS.iter().filter(is_held).map(|e| e.name).collect();
+                let about = format!("{}: {} ({mips}{meta}) as {}", f.name(), held.join(", "), names.join(" "));
+                Entry { name: f.extension(), about, source: "" }
+            };
+            ("formats", formats().iter().map(entry).collect())
+        }
     }
 }
 
 pub fn run(what: Option<What>, console: &mut Console) -> Result<()> {
-    let all = [What::Tables, What::Ndfs, What::Visibilities, What::Fresnels, What::Kernels, What::Encodings];
-    for what in all.into_iter().filter(|w| what.is_none_or(|chosen| chosen == *w)) {
+    for what in What::value_variants().iter().copied().filter(|w| what.is_none_or(|chosen| chosen == *w)) {
         let (registry, entries) = entries(what);
         let mut text = registry.to_string();
         let mut list = vec![];
         for e in entries {
-            text.push_str(&format!("\n  {:20} {}", e.name, e.about));
+            for (i, line) in e.about.lines().enumerate() {
+                text.push_str(&format!("\n  {:20} {line}", if i == 0 { e.name } else { "" }));
+            }
             if !e.source.is_empty() {
                 text.push_str(&format!("\n  {:20}   {}", "", e.source));
             }

@@ -2,13 +2,17 @@
 
 mod bake;
 pub mod console;
+mod curves;
 mod env;
 mod foreign;
 mod identify;
 mod info;
 mod list;
 mod materials;
+mod preview;
+mod sky;
 mod source;
+mod storage;
 mod verify;
 
 use std::path::PathBuf;
@@ -58,6 +62,7 @@ enum Command {
     /// Bake a lookup table
     #[command(after_help = "Examples:
   brdf-baker bake split-sum -o dfg.ktx2
+  brdf-baker bake split-sum --for bevy
   brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45")]
     Bake(Box<bake::BakeArgs>),
     /// Prefilter an environment: specular mips, irradiance, spherical harmonics
@@ -68,12 +73,47 @@ called px nx py ny pz nz, posx negx ..., or right left top bottom front back.
 
 Examples:
   brdf-baker env studio.exr -o studio.ktx2
+  brdf-baker env studio.exr --for three
   brdf-baker env 'yard_{face}.png' -o yard.ktx2 --rotate 90 --exposure -1 --clamp 1000
   brdf-baker env sky.hdr -o sky.ktx2 --irradiance diffuse.ktx2 --sh sky.json
   brdf-baker env sky.hdr -o sheen.ktx2 --kernel charlie --shape octahedral
   brdf-baker env sky.hdr -o diffuse.hdr --kernel lambert --shape equirect"
     )]
     Env(Box<env::EnvArgs>),
+    /// Write a clear daylight sky, after Preetham, as an environment: no download needed
+    #[command(
+        after_help = "Radiance is in kcd/m2: 0.2126 r + 0.7152 g + 0.0722 b is the luminance. +Y is up; the ground \
+below reflects the light of sky and sun.
+
+Examples:
+  brdf-baker sky -o sky.exr
+  brdf-baker sky -o evening.hdr --elevation 4 --turbidity 5 --sun-disc --exposure -5"
+    )]
+    Sky(sky::SkyArgs),
+    /// Plot D, G, F and whole lobes against the angle, or a table in false colour, as SVG or PNG
+    #[command(after_help = "A curve is said in words, in any order: a distribution with its parameters (ggx, \
+blinn-phong:exponent=10.67), its width (alpha=0.3 or roughness=0.5), a geometry term (smith, cook-torrance), and a \
+material, ior=1.5 or f0=0.04. What is left out is ggx, roughness=0.5, smith, F = 1.
+
+Examples:
+  brdf-baker curves -o fresnel.svg --plot f
+  brdf-baker curves -o lobes.png --curve 'beckmann alpha=0.748 schlick-beckmann' \
+--curve 'blinn-phong:exponent=10.67 schlick-beckmann'
+  brdf-baker curves -o copper.svg --plot polar --view 60 --curve 'roughness=0.4 copper'
+  brdf-baker curves dfg.ktx2 -o table.png")]
+    Curves(curves::CurvesArgs),
+    /// Draw spheres lit by baked maps, by an integral of the same BRDF, or both and their difference
+    #[command(
+        after_help = "Metallic and roughness run over a grid of spheres; the camera looks along -Z, +Y is up. Without \
+--env they stand under the built-in sky. --env takes what `brdf-baker env` takes, or a cube that it wrote.
+
+Examples:
+  brdf-baker preview -o spheres.png
+  brdf-baker preview -o copper.png --env studio.exr --material copper --compare --size 500x500
+  brdf-baker preview -o mine.png --env studio.ktx2 --lut dfg.ktx2 --compensate
+  brdf-baker preview -o brick.png --spheres 1x1 --base-color brick.png --normal brick_n.png --roughness 0.6"
+    )]
+    Preview(Box<preview::PreviewArgs>),
     /// Check a baked file, or a table that others made, against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2
@@ -97,9 +137,9 @@ Examples:
   brdf-baker devices
   brdf-baker devices --json")]
     Devices,
-    /// List what can be chosen: tables, distributions, visibility and Fresnel terms, kernels, encodings
+    /// List what can be chosen: tables, distributions, visibility and Fresnel terms, kernels, roughness laws, encodings, formats, targets
     #[command(after_help = "Examples:
-  brdf-baker list
+  brdf-baker list targets
   brdf-baker list encodings --json")]
     List {
         /// Only this registry
@@ -130,6 +170,9 @@ pub fn run(args: Args) -> Result<()> {
     match args.command {
         Command::Bake(bake) => bake.run(&args.global, &mut console),
         Command::Env(env) => env.run(&args.global, &mut console),
+        Command::Sky(sky) => sky.run(&mut console),
+        Command::Curves(curves) => curves.run(&mut console),
+        Command::Preview(preview) => preview.run(&args.global, &mut console),
         Command::Verify(verify) => verify.run(&mut console),
         Command::Identify(identify) => identify.run(&mut console),
         Command::Info { file } => info::run(&file, &mut console),

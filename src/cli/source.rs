@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use brdf_baker::env::FileAxes;
 use brdf_baker::env::import::{Adjust, Color, Imported, Layout, Options};
 use brdf_baker::{Error, Result};
 
@@ -45,7 +46,7 @@ pub struct SourceArgs {
 
 impl SourceArgs {
     /// The same as values.
-    pub fn options(self) -> Result<Options> {
+    pub fn options(self, file_axes: FileAxes) -> Result<Options> {
         let turns_deg = match (self.rotate, &self.rotate_xyz) {
             (Some(degrees), _) => [0.0, degrees, 0.0],
             (None, Some(text)) => angles(text)?,
@@ -63,6 +64,7 @@ impl SourceArgs {
             adjust,
             mirror: self.mirror,
             turns_deg,
+            file_axes,
         })
     }
 }

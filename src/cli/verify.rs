@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use brdf_baker::bake::TableJob;
-use brdf_baker::format::Output;
+use brdf_baker::format::{Output, Steps};
 use brdf_baker::progress::Progress;
 use brdf_baker::texture::Shape;
 use brdf_baker::verify::certificate::{Certificate, Verdict};
@@ -90,15 +90,16 @@ impl VerifyArgs {
             ));
         }
         let job = TableJob::from_meta(&texture).map_err(named)?;
+        let steps = Steps::of(encoding, &texture.meta).map_err(named)?;
         let on = &mut |p: Progress<'_>| console.progress(p);
-        let report = check(&job, &texture, Some(encoding), extent, on)?;
+        let report = check(&job, &texture, Some(steps), extent, on)?;
         let certificate = certificate.table(&job, &texture.meta, &report);
         let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
         if let Some(most) = checked.max_error {
             failures.extend(exceeds(report.worst(), most, "of a checked texel"));
         }
         let picture = match &checked.page {
-            Some(_) => Some(report::table::picture(&job, &texture, encoding, on)?),
+            Some(_) => Some(report::table::picture(&job, &texture, &steps, on)?),
             None => None,
         };
         let text = text(&self.file.display().to_string(), &job, encoding.name, &report, failures.is_empty());
@@ -208,7 +209,7 @@ fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right:
         "\n  twin       {} texels by the same rule in f64, max difference {:.2e}",
         report.twin_texels, report.twin_worst
     ));
-    let tolerance = job.tolerance();
+    let tolerance = job.loosest();
     text.push_str(&format!(
         "\n  bound      {:.0e} before rounding, {:.0e} nearer to 0 than 1/1024",
         tolerance.worst, tolerance.near_zero
@@ -218,6 +219,7 @@ fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right:
 
 /// The coordinates of a texel, in words.
 fn place(job: &TableJob, [x, y]: [u32; 2]) -> String {
-    let axes = job.axes.iter().zip([x, y]).map(|(axis, i)| format!("{} {:.4}", axis.coordinate.name(), axis.at(i)));
+    let axes =
+        job.axes.iter().zip([x, y]).map(|(axis, i)| format!("{} {:.4}", axis.warp.coordinate().name(), axis.at(i)));
     axes.collect::<Vec<_>>().join(" ")
 }

@@ -3,6 +3,8 @@
 //! A picture stays as it is: directions of the output are carried into the picture's own axes, which is exact at every
 //! mip. Turning is right-handed: by 90° about +Y, what was at +Z comes to lie at +X.
 
+use super::FileAxes;
+
 /// An orthogonal map from directions of the output to directions of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
@@ -25,6 +27,11 @@ impl Frame {
         let sign = if mirror { -1.0 } else { 1.0 };
         let inverse: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| forward[j][i]));
         Frame { rows: [inverse[0].map(|v| sign * v), inverse[1], inverse[2]] }
+    }
+
+    /// The same for a file whose axes point elsewhere.
+    pub fn for_file(&self, axes: &FileAxes) -> Frame {
+        Frame { rows: product(self.rows, axes.rows()) }
     }
 
     /// The direction in the picture that `d`, a direction of the output, shows.
@@ -91,6 +98,14 @@ mod tests {
         assert_eq!(frame.from_picture(X), [0.0, 0.0, 1.0]);
         assert_eq!(frame.from_picture(Z), X);
         assert!(frame.mirrors() && frame.azimuth_rad().is_none());
+    }
+
+    #[test]
+    fn axes_of_the_file_come_last() {
+        // The environment is turned by 90°: what was at +Z is at +X, and the file has it at −X.
+        let frame = Frame::new(false, [0.0, 90.0, 0.0]).for_file(&FileAxes::parse("-x,y,z").expect("it is a name"));
+        assert_eq!(frame.from_picture(Z), X.map(|v| -v));
+        assert!(frame.mirrors());
     }
 
     #[test]

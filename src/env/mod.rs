@@ -14,17 +14,22 @@
 
 use std::borrow::Cow;
 
+use rayon::prelude::*;
+
 pub mod area;
 mod cube_map;
+mod file_axes;
 mod frame;
 pub mod import;
 pub mod orientation;
 pub mod projection;
 pub mod resample;
 pub mod sh;
+pub mod sky;
 pub mod tree;
 
 pub use cube_map::CubeMap;
+pub use file_axes::FileAxes;
 pub use frame::Frame;
 
 /// A picture, owned or borrowed, and how it is turned.
@@ -74,6 +79,21 @@ impl Picture<'_> {
         match self {
             Picture::Equirect(picture) => &picture.texels,
             Picture::Cube(picture) => &picture.texels,
+        }
+    }
+
+    /// Radiance in a direction (of any length) of the picture's axes.
+    pub fn radiance(&self, d: [f64; 3]) -> [f32; 3] {
+        let cell = |v: f64, n: u32| ((v * f64::from(n)) as u32).min(n - 1);
+        match self {
+            Picture::Equirect(picture) => {
+                let [u, v] = Equirect::locate(d);
+                picture.row(cell(v, picture.height))[cell(u, picture.width) as usize]
+            }
+            Picture::Cube(picture) => {
+                let (face, s, t) = orientation::locate(d);
+                picture.texel(face, cell(0.5 * (s + 1.0), picture.size), cell(0.5 * (t + 1.0), picture.size))
+            }
         }
     }
 
@@ -174,16 +194,19 @@ impl Equirect {
 
     /// Mean radiance over the sphere, per channel.
     pub fn mean(&self) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for y in 0..self.height {
-            let mut of_row = [0.0; 3];
+        let of_row = |y: u32| {
+            let mut sum = [0.0; 3];
             for texel in self.row(y) {
-                for (s, value) in of_row.iter_mut().zip(texel) {
-                    *s += f64::from(*value);
-                }
+                (0..3).for_each(|c| sum[c] += f64::from(texel[c]));
             }
+            sum
+        };
+        // Added in order, so that the same sum comes out on any number of threads.
+        let of_rows: Vec<[f64; 3]> = (0..self.height).into_par_iter().map(of_row).collect();
+        let mut sum = [0.0; 3];
+        for (y, of_row) in (0..self.height).zip(of_rows) {
             let solid_angle = self.solid_angle_sr(y);
-            sum.iter_mut().zip(of_row).for_each(|(s, value)| *s += solid_angle * value);
+            (0..3).for_each(|c| sum[c] += solid_angle * of_row[c]);
         }
         sum.map(|s| s / (4.0 * std::f64::consts::PI))
     }

@@ -1,20 +1,6 @@
 //! Directions and solid angles on a cube's faces. [`crate::term::cube`] says where faces look and how they are stored.
 
-/// The face that a direction (of any length) meets, and where: face, s, t. The inverse of
-/// [`crate::term::cube::direction`]. On an edge the lower axis wins (x before y before z).
-pub fn locate(d: [f64; 3]) -> (u32, f64, f64) {
-    let [x, y, z] = d;
-    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
-    if ax >= ay && ax >= az {
-        if x >= 0.0 { (0, -z / ax, -y / ax) } else { (1, z / ax, -y / ax) }
-    } else if ay >= az {
-        if y >= 0.0 { (2, x / ay, z / ay) } else { (3, x / ay, -z / ay) }
-    } else if z >= 0.0 {
-        (4, x / az, -y / az)
-    } else {
-        (5, -x / az, -y / az)
-    }
-}
+pub use crate::term::cube::locate;
 
 /// Solid angle, in steradians, of the rectangle between a face's middle and (s, t); negative where s·t is.
 /// A texel from (s0, t0) to (s1, t1) covers `solid_angle(s1, t1) − solid_angle(s0, t1) − solid_angle(s1, t0) +

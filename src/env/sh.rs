@@ -341,6 +341,72 @@ mod tests {
         }
     }
 
+    /// Texels of a cube that have nothing in common.
+    fn speckled_cube(size: u32) -> CubeMap {
+        let texels = crate::env::speckle(2 * size).texels;
+        CubeMap { size, texels: texels[..6 * (size * size) as usize].to_vec() }
+    }
+
+    /// Σ over 8 × 8 Gauss points of every texel of a cube, in the output's axes.
+    fn by_points_of_cube(source: &CubeMap, frame: &Frame) -> [[f64; 3]; COUNT] {
+        let nodes = gauss_legendre(8);
+        let size = source.size;
+        let mut sums = [[0.0; 3]; COUNT];
+        for index in 0..6 * size * size {
+            let (face, y, x) = (index / (size * size), index / size % size, index % size);
+            let texel = source.texel(face, x, y);
+            for a in &nodes {
+                for b in &nodes {
+                    let at = |k: u32, node: f64| 2.0 * (f64::from(k) + 0.5 + 0.5 * node) / f64::from(size) - 1.0;
+                    let (s, t) = (at(x, a.x), at(y, b.x));
+                    let weight = a.weight * b.weight * (1.0 + s * s + t * t).powf(-1.5) / f64::from(size * size);
+                    let d = frame.from_picture(orientation::normalized(direction(face, s, t)));
+                    for (sum, value) in sums.iter_mut().zip(basis(d)) {
+                        (0..3).for_each(|c| sum[c] += weight * value * f64::from(texel[c]));
+                    }
+                }
+            }
+        }
+        sums
+    }
+
+    #[test]
+    fn projection_of_a_cube_is_the_integral_however_it_is_turned() {
+        for size in [3, 5, 12] {
+            let source = speckled_cube(size);
+            for frame in [Frame::IDENTITY, Frame::new(false, [33.0, 10.0, -71.0]), Frame::new(true, [0.0, 90.0, 20.0])]
+            {
+                let expected = by_points_of_cube(&source, &frame);
+                let found = project(&Environment { frame, ..Environment::from(&source) }, MAX_ORDER);
+                for (i, (found, expected_i)) in found.iter().zip(&expected).enumerate() {
+                    for c in 0..3 {
+                        let off = (found[c] - expected_i[c]).abs();
+                        assert!(off < 1e-7 * expected[0][c], "{size}, {frame:?}, {i}: {found:?} {expected_i:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_turned_picture_is_turned_in_every_band() {
+        let source = crate::env::speckle(24);
+        for frame in [Frame::new(false, [33.0, 10.0, -71.0]), Frame::new(true, [0.0, 90.0, 20.0])] {
+            let found = project(&Environment { frame, ..Environment::from(&source) }, MAX_ORDER);
+            // At any direction, each band of the turned picture has the value that the plain one has where that looks.
+            let plain = project(&source, MAX_ORDER);
+            for d in [[0.6, 0.64, 0.48], [-0.8, 0.0, 0.6], [0.0, -1.0, 0.0]] {
+                let (here, there) = (basis(d), basis(frame.to_picture(d)));
+                for l in 0..=MAX_ORDER {
+                    let band = (l * l) as usize..((l + 1) * (l + 1)) as usize;
+                    let value = |y: &[f64; COUNT], of: &[[f64; 3]]| band.clone().map(|i| y[i] * of[i][1]).sum::<f64>();
+                    let (a, b) = (value(&here, &found), value(&there, &plain));
+                    assert!((a - b).abs() < 1e-10 * plain[0][1], "{frame:?}, l = {l}: {a} instead of {b}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_mean_is_the_first_coefficient() {
         let source = Equirect::from_fn(32, |u, v| Equirect::direction(u, v).map(|c| 1.0 + c as f32));

@@ -12,7 +12,7 @@ use ::exr::prelude as e;
 use ::exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 use half::f16;
 
-use super::{Encoding, Format, Repr, WRITER, check, from_pairs, is_map, pairs, plausible};
+use super::{Encoding, Format, Repr, Storage, WRITER, check, floats, from_pairs, is_map, pairs, plausible};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -40,16 +40,16 @@ impl Format for Exr {
     }
 
     fn encodings(&self, _: Shape) -> Vec<Encoding> {
-        let names = ["r16f", "rg16f", "rgba16f", "r32f", "rg32f", "rgba32f"];
-        names.iter().map(|name| Encoding::parse(name).expect("each name is in ENCODINGS")).collect()
+        floats()
     }
 
     fn default_encoding(&self, _: Shape, channels: usize) -> Option<Encoding> {
         Encoding::fitting(Repr::F16, channels)
     }
 
-    fn to_bytes(&self, path: &Path, texture: &Texture, encoding: Encoding) -> Result<Vec<u8>> {
-        check(path, self, texture, encoding)?;
+    fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
+        check(path, self, texture, storage)?;
+        let encoding = storage.encoding;
         let parts: e::Layers<_> = (0..texture.levels.len()).map(|level| part(texture, level, encoding)).collect();
         let window = e::IntegerBounds::from_dimensions(parts[0].size);
         let image = e::Image { attributes: e::ImageAttributes::new(window), layer_data: parts };
@@ -119,7 +119,7 @@ fn part(texture: &Texture, level: usize, encoding: Encoding) -> Part {
     }
     if level == 0 {
         attributes.software_name = Some(WRITER.into());
-        for (key, value) in pairs(texture) {
+        for (key, value) in pairs(texture, encoding) {
             let value = e::AttributeValue::Text(e::Text::from_slice_unchecked(value.as_bytes()));
             attributes.other.insert(key.as_str().into(), value);
         }

@@ -2,8 +2,9 @@
 //!
 //! **What is hashed.** The texels as they are stored: level 0 first, faces in order, rows from the top, texels from the
 //! left; of each texel the components that hold channels, in the representation of the encoding, little endian (of
-//! [`Repr::Rgbe8`] all four bytes). Headers, compression and components that only fill a texel are left out, so that
-//! the same values have the same hash in every container that holds their representation.
+//! [`Repr::Rgbe8`] all four bytes). Where components share bits or texels share blocks, it is the channels' decoded values
+//! as single floats. Headers, compression and components that only fill a texel are left out, so that the same values
+//! have the same hash in every container that holds their representation.
 //!
 //! **`texels.sha256`** is the SHA-256 of these bytes, as 64 hexadecimal digits.
 //!
@@ -14,7 +15,8 @@
 
 use sha2::{Digest, Sha256};
 
-use super::{Encoding, Repr, encode};
+use super::encoding::{Pictures, Storage, decode, encode, fits};
+use super::{Encoding, Repr};
 use crate::error::{Error, Result};
 use crate::texture::{Meta, Texture};
 
@@ -47,20 +49,45 @@ pub enum Changed {
 }
 
 impl Fingerprint {
-    /// Of a texture as `encoding` stores it; an error where its texels do not fit into it.
-    pub fn of(texture: &Texture, encoding: Encoding) -> Result<Fingerprint> {
-        let channels = texture.channels.len();
-        super::encoding::fits(channels, encoding)?;
-        let components = if encoding.repr == Repr::Rgbe8 { encoding.components } else { channels };
-        let encoding = Encoding { components, ..encoding };
+    /// Of a texture as a file will store it; an error where its texels do not fit.
+    pub fn of(texture: &Texture, storage: impl Into<Storage>) -> Result<Fingerprint> {
+        let storage = storage.into();
+        if is_plain(storage.encoding) {
+            return Self::of_stored(texture, storage.encoding);
+        }
+        fits(texture.channels.len(), storage.encoding)?;
+        let decoded = |i: usize| {
+            let pictures = Pictures::of(texture, i);
+            let bytes = encode(&texture.levels[i], texture.channels.len(), pictures, storage)?;
+            Ok(decode(&bytes, texture.channels.len(), pictures, storage.encoding))
+        };
+        let levels = (0..texture.levels.len()).map(decoded).collect::<Result<Vec<_>>>()?;
+        Self::of_levels(&levels, texture.channels.len(), storage.encoding)
+    }
+
+    /// Of a texture that was read from a file.
+    pub fn of_stored(texture: &Texture, encoding: Encoding) -> Result<Fingerprint> {
+        fits(texture.channels.len(), encoding)?;
+        Self::of_levels(&texture.levels, texture.channels.len(), encoding)
+    }
+
+    fn of_levels(levels: &[Vec<f32>], channels: usize, encoding: Encoding) -> Result<Fingerprint> {
+        let plain = match encoding.repr {
+            Repr::Rgbe8 => encoding,
+            _ if is_plain(encoding) => Encoding { components: channels, ..encoding },
+            _ => Encoding { components: channels, repr: Repr::F32, ..encoding },
+        };
         let (mut hash, mut sums, mut index) = (Sha256::new(), [0; 2], 0);
-        for values in texture.levels.iter().flat_map(|level| level.chunks(CHUNK * channels)) {
-            let bytes = encode(values, channels, encoding)?;
-            hash.update(&bytes);
-            for texel in bytes.chunks_exact(encoding.texel_bytes()) {
-                index += 1;
-                let value = mixed(index, texel);
-                sums = [(sums[0] + value) % P, (sums[1] + times(index, value)) % P];
+        for level in levels {
+            for values in level.chunks(CHUNK * channels) {
+                let pictures = Pictures { width: (values.len() / channels) as u32, height: 1, count: 1 };
+                let bytes = encode(values, channels, pictures, plain)?;
+                hash.update(&bytes);
+                for texel in bytes.chunks_exact(plain.unit_bytes()) {
+                    index += 1;
+                    let value = mixed(index, texel);
+                    sums = [(sums[0] + value) % P, (sums[1] + times(index, value)) % P];
+                }
             }
         }
         let sha256 = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
@@ -100,6 +127,11 @@ impl Fingerprint {
         let index = times(moved_by_index, power(moved, P - 2));
         Some(if (1..=texels).contains(&index) { Changed::One(index - 1) } else { Changed::Several })
     }
+}
+
+/// Does encoding what was decoded give the same bytes again, component by component?
+fn is_plain(encoding: Encoding) -> bool {
+    matches!(encoding.repr, Repr::F16 | Repr::F32 | Repr::Unorm8 | Repr::Unorm16 | Repr::Rgbe8)
 }
 
 /// A number below [`P`] that looks drawn at random for every index and texel (of at most 16 bytes, filled up with zeros).

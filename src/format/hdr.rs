@@ -9,8 +9,8 @@ use std::path::Path;
 use image::Rgb;
 use image::codecs::hdr::HdrEncoder;
 
-use super::encoding::{decode, encode};
-use super::{Encoding, Format, Repr, WRITER, check, from_pairs, is_map, pairs, plausible};
+use super::encoding::{Pictures, decode, encode};
+use super::{Encoding, Format, Repr, Storage, WRITER, check, from_pairs, is_map, pairs, plausible};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -42,9 +42,11 @@ impl Format for Hdr {
         if shape == Shape::Cube { None } else { Encoding::fitting(Repr::Rgbe8, channels) }
     }
 
-    fn to_bytes(&self, path: &Path, texture: &Texture, encoding: Encoding) -> Result<Vec<u8>> {
-        check(path, self, texture, encoding)?;
-        let rounded = decode(&encode(&texture.levels[0], texture.channels.len(), encoding)?, 3, encoding);
+    fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
+        check(path, self, texture, storage)?;
+        let (encoding, pictures) = (storage.encoding, Pictures::of(texture, 0));
+        let bytes = encode(&texture.levels[0], texture.channels.len(), pictures, storage)?;
+        let rounded = decode(&bytes, 3, pictures, encoding);
         let rgb: Vec<Rgb<f32>> = rounded.as_chunks().0.iter().map(|texel| Rgb(*texel)).collect();
         let mut plain = Vec::new();
         HdrEncoder::new(&mut plain)
@@ -55,7 +57,7 @@ impl Format for Hdr {
         let first_line = plain.iter().position(|b| *b == b'\n').map_or(0, |i| i + 1);
         let (signature, rest) = plain.split_at(first_line);
         let mut comments = format!("SOFTWARE={WRITER}\n");
-        for (key, value) in pairs(texture) {
+        for (key, value) in pairs(texture, encoding) {
             comments += &format!("# {key}={value}\n");
         }
         Ok([signature, comments.as_bytes(), rest].concat())
@@ -96,7 +98,8 @@ impl Format for Hdr {
         let (channels, meta) = from_pairs(path, comments, &["r", "g", "b"], 3)?;
 
         let texels = scanlines(rest, width as usize, height as usize).ok_or_else(|| wrong("its texels are damaged"))?;
-        let levels = vec![decode(texels.as_flattened(), channels.len(), encoding)];
+        let levels =
+            vec![decode(texels.as_flattened(), channels.len(), Pictures { width, height, count: 1 }, encoding)];
         let shape = if is_map(&meta) { Shape::Map } else { Shape::Table };
         Ok((Texture { shape, width, height, channels, levels, meta }, encoding))
     }

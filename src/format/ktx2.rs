@@ -1,15 +1,21 @@
-//! KTX2 (Khronos Texture 2.0): tables, maps of the sphere and cubes as half or single floats, mips and all, ready for a GPU.
+//! KTX2 (Khronos Texture 2.0): tables, maps of the sphere and cubes in every encoding that GPUs read, mips and all, plain
+//! or with each level compressed by Zstandard.
 //!
 //! Written here after the KTX 2.0 specification and the Khronos Data Format Specification 1.3; read with the `ktx2`
 //! crate, so that a mistake of ours does not cancel itself out. A table or map has rows from the top (`KTXorientation` `rd`,
-//! as a cube's faces must have); a one-dimensional table is a 2-D texture of height 1.
+//! as a cube's faces must have); a one-dimensional table is a 2-D texture of height 1. Bytes that need a formula (`rgbd8`
+//! and its like) are R8G8B8A8_UNORM; their pair `encoding` says which.
 
+use std::borrow::Cow;
+use std::io::Read;
 use std::path::Path;
 
 use ::ktx2 as reader;
 
-use super::encoding::{decode, encode};
-use super::{Encoding, Format, Repr, WRITER, check, from_pairs, is_map, pairs};
+use super::encoding::{Pictures, decode, encode};
+use super::{
+    Compression, Encoding, Format, Repr, Storage, WRITER, check, from_pairs, is_map, pairs, plausible, stated_encoding,
+};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -17,9 +23,35 @@ use crate::texture::{Shape, Texture};
 #[derive(Debug)]
 pub struct Ktx2;
 
-/// VkFormat of each encoding.
-const VK_FORMATS: &[(&str, u32)] =
-    &[("r16f", 76), ("rg16f", 83), ("rgba16f", 97), ("r32f", 100), ("rg32f", 103), ("rgba32f", 109)];
+/// VkFormat of each encoding. The first of those that share one is what the container says by itself.
+const VK_FORMATS: &[(&str, u32)] = &[
+    ("r16f", 76),
+    ("rg16f", 83),
+    ("rgba16f", 97),
+    ("r32f", 100),
+    ("rg32f", 103),
+    ("rgba32f", 109),
+    ("r8unorm", 9),
+    ("rg8unorm", 16),
+    ("rgba8unorm", 37),
+    ("r16unorm", 70),
+    ("rg16unorm", 77),
+    ("rgba16unorm", 91),
+    ("a2b10g10r10", 64),
+    ("b10g11r11", 122),
+    ("rgb9e5", 123),
+    ("rgbd8", 37),
+    ("rgbm8", 37),
+    ("rgbp8", 37),
+    ("bc4", 139),
+    ("bc5", 141),
+    ("bc6h", 143),
+];
+
+/// Zstandard's level: slow to write, and read as fast as any.
+const ZSTD_LEVEL: i32 = 19;
+/// Blocks of repeated bytes, at most 128 KiB in 4 bytes.
+const BEST_RATIO: u64 = 1 << 15;
 
 fn known() -> impl Iterator<Item = (Encoding, u32)> {
     VK_FORMATS.iter().map(|&(name, vk)| (Encoding::parse(name).expect("each name is in ENCODINGS"), vk))
@@ -38,30 +70,41 @@ impl Format for Ktx2 {
         true
     }
 
-    fn encodings(&self, _: Shape) -> Vec<Encoding> {
-        known().map(|(encoding, _)| encoding).collect()
+    fn encodings(&self, shape: Shape) -> Vec<Encoding> {
+        known().map(|(encoding, _)| encoding).filter(|e| e.holds(shape)).collect()
+    }
+
+    fn compressions(&self) -> &'static [Compression] {
+        &Compression::ALL
     }
 
     fn default_encoding(&self, _: Shape, channels: usize) -> Option<Encoding> {
         Encoding::fitting(Repr::F16, channels)
     }
 
-    fn to_bytes(&self, path: &Path, texture: &Texture, encoding: Encoding) -> Result<Vec<u8>> {
-        check(path, self, texture, encoding)?;
+    fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
+        check(path, self, texture, storage)?;
+        let encoding = storage.encoding;
         let vk_format =
             known().find(|(e, _)| *e == encoding).map(|(_, vk)| vk).expect("check() refuses other encodings");
-        let levels: Vec<Vec<u8>> = texture
-            .levels
-            .iter()
-            .map(|level| encode(level, texture.channels.len(), encoding))
+        let plain: Vec<Vec<u8>> = (0..texture.levels.len())
+            .map(|i| encode(&texture.levels[i], texture.channels.len(), Pictures::of(texture, i), storage))
             .collect::<Result<_>>()?;
-        let dfd = data_format_descriptor(encoding);
-        let kvd = key_value_data(texture);
+        let compressed = |level: &Vec<u8>| {
+            zstd::bulk::compress(level, ZSTD_LEVEL).map(Cow::Owned).map_err(|e| Error::io("write", path, e))
+        };
+        let levels: Vec<Cow<'_, [u8]>> = match storage.compression {
+            Compression::Plain => plain.iter().map(|level| Cow::Borrowed(&level[..])).collect(),
+            Compression::Zstd => plain.iter().map(compressed).collect::<Result<_>>()?,
+        };
+        let dfd = data_format_descriptor(encoding, storage.compression);
+        let kvd = key_value_data(texture, encoding);
 
-        // Where everything lies. Levels follow smallest first, each aligned for a copy to the GPU.
+        // Where everything lies. Levels follow smallest first, each aligned for a copy to the GPU unless it must be
+        // decompressed first.
         let dfd_offset = HEADER_BYTES + LEVEL_INDEX_BYTES * levels.len();
         let kvd_offset = dfd_offset + dfd.len();
-        let alignment = lcm4(encoding.texel_bytes());
+        let alignment = if storage.compression == Compression::Plain { lcm4(encoding.unit_bytes()) } else { 1 };
         let mut end = kvd_offset + kvd.len();
         let mut offsets = vec![0; levels.len()];
         for (offset, level) in offsets.iter_mut().zip(&levels).rev() {
@@ -72,8 +115,13 @@ impl Format for Ktx2 {
         // Header, index, level index.
         let mut out = Vec::with_capacity(end);
         out.extend([0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, b'\r', b'\n', 0x1a, b'\n']);
-        let type_size = if encoding.repr == Repr::F16 { 2 } else { 4 };
-        let (pixel_depth, layer_count, supercompression) = (0, 0, 0);
+        let type_size = match encoding.repr {
+            Repr::F16 | Repr::Unorm16 => 2,
+            Repr::F32 | Repr::Unorm10 | Repr::B10g11r11 | Repr::Rgb9e5 => 4,
+            _ => 1,
+        };
+        let (pixel_depth, layer_count) = (0, 0);
+        let supercompression = if storage.compression == Compression::Zstd { 2 } else { 0 };
         for field in [
             vk_format,
             type_size,
@@ -94,10 +142,9 @@ impl Format for Ktx2 {
         let (sgd_offset, sgd_length) = (0_u64, 0_u64);
         out.extend(sgd_offset.to_le_bytes());
         out.extend(sgd_length.to_le_bytes());
-        for (offset, level) in offsets.iter().zip(&levels) {
-            let (length, uncompressed_length) = (level.len() as u64, level.len() as u64);
-            for field in [*offset as u64, length, uncompressed_length] {
-                out.extend(field.to_le_bytes());
+        for ((offset, level), plain) in offsets.iter().zip(&levels).zip(&plain) {
+            for field in [*offset, level.len(), plain.len()] {
+                out.extend((field as u64).to_le_bytes());
             }
         }
 
@@ -106,7 +153,7 @@ impl Format for Ktx2 {
         out.extend(kvd);
         for (offset, level) in offsets.iter().zip(&levels).rev() {
             out.resize(*offset, 0);
-            out.extend(level);
+            out.extend_from_slice(level);
         }
         Ok(out)
     }
@@ -119,14 +166,19 @@ impl Format for Ktx2 {
 
         // What kind of texture it is, if one that we know.
         let vk_format = header.format.map_or(0, |f| f.value());
-        let Some((encoding, _)) = known().find(|(_, vk)| *vk == vk_format) else {
+        let Some((container, _)) = known().find(|(_, vk)| *vk == vk_format) else {
             let names: Vec<&str> = known().map(|(e, _)| e.name).collect();
             let help = format!("known are: {}", names.join(", "));
             return Err(Error::input(path, format!("its texels have VkFormat {vk_format}"), help));
         };
-        if header.supercompression_scheme.is_some() {
-            return Err(Error::input(path, "its levels are compressed", "write it without supercompression"));
-        }
+        let compression = match header.supercompression_scheme {
+            None => Compression::Plain,
+            Some(reader::SupercompressionScheme::Zstandard) => Compression::Zstd,
+            Some(other) => {
+                let what = format!("its levels are compressed by {other:?}");
+                return Err(Error::input(path, what, "write it plain or with Zstandard"));
+            }
+        };
         let (width, height) = (header.pixel_width, header.pixel_height.max(1));
         let shape = match (header.face_count, header.pixel_depth, header.layer_count) {
             (1, 0, 0) => Shape::Table,
@@ -134,21 +186,26 @@ impl Format for Ktx2 {
             _ => return Err(wrong("it is neither a plain 2-D texture nor a plain cube".into())),
         };
 
-        // The crate's parser panics on a texel block of 256 texels (ktx2 0.5.0), so the descriptor is looked at first:
-        // all our formats have one block of known size, for 1 × 1 × 1 × 1 texels, stored less one.
-        let ours = data_format_descriptor(encoding);
+        // The crate's parser panics on a texel block of 256 texels (ktx2 0.5.0), so the descriptor is looked at first.
+        // Others may state another version of it, another transfer, or no bytes of a plane that is compressed.
+        let ours = data_format_descriptor(container, Compression::Plain);
         let theirs = bytes.get(header.index.dfd_byte_offset as usize..).unwrap_or_default();
         let is_same = |part: std::ops::Range<usize>| theirs.get(part.clone()) == Some(&ours[part]);
-        if header.index.dfd_byte_length as usize != ours.len() || !is_same(4..8) || !is_same(10..12) || !is_same(16..20)
-        {
+        let is_same_plane = is_same(20..21) || (compression == Compression::Zstd && theirs.get(20) == Some(&0));
+        let is_ours = is_same(4..8) && is_same(10..12) && is_same(16..20) && is_same_plane;
+        if header.index.dfd_byte_length as usize != ours.len() || !is_ours {
             return Err(wrong("its data format descriptor does not match its VkFormat".into()));
         }
         let file = reader::Reader::new(bytes).map_err(unsound)?;
 
-        let strings = file.key_value_data().filter_map(|(key, value)| {
-            let text = std::str::from_utf8(value).ok()?;
-            Some((key, text.strip_suffix('\0').unwrap_or(text)))
-        });
+        let strings: Vec<(&str, &str)> = file
+            .key_value_data()
+            .filter_map(|(key, value)| {
+                let text = std::str::from_utf8(value).ok()?;
+                Some((key, text.strip_suffix('\0').unwrap_or(text)))
+            })
+            .collect();
+        let encoding = stated_encoding(path, container, strings.iter().copied())?;
         let default = &["r", "g", "b", "a"][..encoding.components];
         let (channels, meta) = from_pairs(path, strings, default, encoding.components)?;
         let shape = if shape == Shape::Table && is_map(&meta) { Shape::Map } else { shape };
@@ -160,70 +217,140 @@ impl Format for Ktx2 {
             return Err(wrong("it has more levels than its size allows".into()));
         }
         for (i, level) in file.levels().enumerate().take(wanted) {
-            let (w, h) = texture.level_size(i);
-            let texels = u64::from(w).checked_mul(u64::from(h)).and_then(|n| n.checked_mul(u64::from(texture.faces())));
-            if texels.and_then(|n| n.checked_mul(encoding.texel_bytes() as u64)) != Some(level.data.len() as u64) {
-                return Err(wrong(format!("level {i} has {} bytes, which is not its size", level.data.len())));
+            let pictures = Pictures::of(&texture, i);
+            let size = encoding.level_bytes(pictures);
+            let data = match compression {
+                Compression::Plain => Cow::Borrowed(level.data),
+                Compression::Zstd => {
+                    plausible(path, size, level.data.len(), BEST_RATIO)?;
+                    Cow::Owned(
+                        decompress(level.data, size.unwrap_or(0))
+                            .map_err(|e| wrong(format!("its level {i} is not sound Zstandard data: {e}")))?,
+                    )
+                }
+            };
+            if size != Some(data.len() as u64) {
+                return Err(wrong(format!("level {i} has {} bytes, which is not its size", data.len())));
             }
-            texture.levels.push(decode(level.data, texture.channels.len(), encoding));
+            texture.levels.push(decode(&data, texture.channels.len(), pictures, encoding));
         }
         Ok((texture, encoding))
     }
 }
 
+/// At most `size` bytes and one more, which is enough to refuse the rest.
+fn decompress(data: &[u8], size: u64) -> std::io::Result<Vec<u8>> {
+    let mut out = vec![];
+    zstd::Decoder::new(data)?.take(size.saturating_add(1)).read_to_end(&mut out)?;
+    Ok(out)
+}
+
 const HEADER_BYTES: usize = 80;
 const LEVEL_INDEX_BYTES: usize = 24;
 
-/// Least common multiple with 4 of a texel's size.
-fn lcm4(texel_bytes: usize) -> usize {
-    match texel_bytes % 4 {
-        0 => texel_bytes,
-        2 => texel_bytes * 2,
-        _ => texel_bytes * 4,
+/// Least common multiple with 4 of the size of a texel or block.
+fn lcm4(unit_bytes: usize) -> usize {
+    match unit_bytes % 4 {
+        0 => unit_bytes,
+        2 => unit_bytes * 2,
+        _ => unit_bytes * 4,
     }
 }
 
-/// A total size and one basic descriptor block (Data Format Specification 1.3, chapter 5) with a sample a component.
-fn data_format_descriptor(encoding: Encoding) -> Vec<u8> {
-    const MODEL_RGBSDA: u32 = 1;
+/// One sample of a descriptor: bits, what they are, and what the bounds of their values are.
+struct Sample {
+    offset: u32,
+    bits: u32,
+    /// Channel and qualifiers.
+    kind: u32,
+    lower: u32,
+    upper: u32,
+}
+
+const EXPONENT: u32 = 0x20;
+const SIGNED: u32 = 0x40;
+const FLOAT: u32 = 0x80;
+/// Channels of the colour models RGBSDA, BC4, BC5 and BC6H: red, green, blue, alpha.
+const CHANNEL_IDS: [u32; 4] = [0, 1, 2, 15];
+
+/// The samples of an encoding, as the specification's tables of formats list them.
+fn samples(encoding: Encoding) -> Vec<Sample> {
+    let single = |v: f32| v.to_bits();
+    let plain = |bits: u32, kind: u32, lower: u32, upper: u32, count: usize| {
+        let sample = |i: usize| Sample { offset: i as u32 * bits, bits, kind: CHANNEL_IDS[i] | kind, lower, upper };
+        (0..count).map(sample).collect::<Vec<_>>()
+    };
+    match encoding.repr {
+        // The bounds of a float sample are single floats, for halves too.
+        Repr::F16 => plain(16, FLOAT | SIGNED, single(-1.0), single(1.0), encoding.components),
+        Repr::F32 => plain(32, FLOAT | SIGNED, single(-1.0), single(1.0), encoding.components),
+        Repr::Unorm8 => plain(8, 0, 0, 255, encoding.components),
+        Repr::Rgbd8 | Repr::Rgbm8 | Repr::Rgbp8 | Repr::Rgbe8 => plain(8, 0, 0, 255, 4),
+        Repr::Unorm16 => plain(16, 0, 0, 65535, encoding.components),
+        Repr::Unorm10 => {
+            let mut list = plain(10, 0, 0, 1023, 3);
+            list.push(Sample { offset: 30, bits: 2, kind: CHANNEL_IDS[3], lower: 0, upper: 3 });
+            list
+        }
+        Repr::B10g11r11 => [(0, 11), (11, 11), (22, 10)]
+            .iter()
+            .zip(CHANNEL_IDS)
+            .map(|(&(offset, bits), id)| Sample { offset, bits, kind: id | FLOAT, lower: 0, upper: single(1.0) })
+            .collect(),
+        // Each mantissa, reaching 2 at the bias of 15 with the exponent of 5 bits that all share.
+        Repr::Rgb9e5 => [0, 9, 18]
+            .iter()
+            .zip(CHANNEL_IDS)
+            .flat_map(|(&offset, id)| {
+                [
+                    Sample { offset, bits: 9, kind: id, lower: 0, upper: 8448 },
+                    Sample { offset: 27, bits: 5, kind: id | EXPONENT, lower: 15, upper: 31 },
+                ]
+            })
+            .collect(),
+        Repr::Bc4 => plain(64, 0, 0, u32::MAX, 1),
+        Repr::Bc5 => plain(64, 0, 0, u32::MAX, 2),
+        Repr::Bc6h => plain(128, FLOAT, 0, single(1.0), 1),
+    }
+}
+
+/// A total size and one basic descriptor block (Data Format Specification 1.3, chapter 5). Of compressed levels it states
+/// no bytes of a plane, as KTX 2.0 asks for.
+fn data_format_descriptor(encoding: Encoding, compression: Compression) -> Vec<u8> {
     const PRIMARIES_BT709: u32 = 1;
     const TRANSFER_LINEAR: u32 = 1;
     const VERSION: u32 = 2;
-    const SIGNED: u32 = 0x40;
-    const FLOAT: u32 = 0x80;
-    const CHANNEL_IDS: [u32; 4] = [0, 1, 2, 15];
-
-    let bits = 8 * (encoding.texel_bytes() / encoding.components) as u32;
-    let block_bytes = 24 + 16 * encoding.components as u32;
+    let model = match encoding.repr {
+        Repr::Bc4 => 131,
+        Repr::Bc5 => 132,
+        Repr::Bc6h => 133,
+        _ => 1,
+    };
+    let samples = samples(encoding);
+    let block_bytes = 24 + 16 * samples.len() as u32;
     let vendor_and_type = 0;
-    let texel_block_dimensions = 0;
+    // Stored less one.
+    let side = encoding.unit_side() - 1;
     let planes_4_to_7 = 0;
     let mut words = vec![
         4 + block_bytes,
         vendor_and_type,
         VERSION | (block_bytes << 16),
-        MODEL_RGBSDA | (PRIMARIES_BT709 << 8) | (TRANSFER_LINEAR << 16),
-        texel_block_dimensions,
-        encoding.texel_bytes() as u32,
+        model | (PRIMARIES_BT709 << 8) | (TRANSFER_LINEAR << 16),
+        side | side << 8,
+        if compression == Compression::Plain { encoding.unit_bytes() as u32 } else { 0 },
         planes_4_to_7,
     ];
-    for (i, id) in CHANNEL_IDS.iter().enumerate().take(encoding.components) {
+    for Sample { offset, bits, kind, lower, upper } in samples {
         let sample_position = 0;
-        // The bounds of a float sample are single floats, for halves too.
-        let (lower, upper) = ((-1.0_f32).to_bits(), 1.0_f32.to_bits());
-        words.extend([
-            (i as u32 * bits) | ((bits - 1) << 16) | ((id | FLOAT | SIGNED) << 24),
-            sample_position,
-            lower,
-            upper,
-        ]);
+        words.extend([offset | (bits - 1) << 16 | kind << 24, sample_position, lower, upper]);
     }
     words.into_iter().flat_map(u32::to_le_bytes).collect()
 }
 
 /// Pairs sorted by key, each with its length, NUL after key and value, padded to 4 bytes.
-fn key_value_data(texture: &Texture) -> Vec<u8> {
-    let mut pairs = pairs(texture);
+fn key_value_data(texture: &Texture, encoding: Encoding) -> Vec<u8> {
+    let mut pairs = pairs(texture, encoding);
     pairs.push(("KTXwriter".into(), WRITER.into()));
     // A cube's orientation is `rd` by definition; stating it is left to the specification.
     if texture.shape != Shape::Cube {

@@ -4,31 +4,46 @@
 //! bytes in place: it is prepared before the work, so that a path that cannot be written is found first, and committed
 //! after it, so that no reader ever sees half a file.
 //!
-//! Every format carries the texture's [`Meta`]: a pair `table` → `split-sum` is stored under the key
-//! `brdf-baker.table`. The names of the channels travel as the pair `channels`, which belongs to this module: it is
+//! Every format that [`Format::holds_meta`] carries the texture's [`Meta`]: a pair `table` → `split-sum` is stored under
+//! the key `brdf-baker.table`. The names of the channels travel as the pair `channels`, which belongs to this module: it is
 //! written from [`Texture::channels`] and does not show in the meta that is read back.
 
+mod babylon;
+mod dds;
 mod encoding;
 mod exr;
 mod fingerprint;
+pub mod harmonics;
 mod hdr;
+mod json;
+mod ktx1;
 mod ktx2;
+mod npy;
 mod output;
 pub mod picture;
 mod png;
 mod sh;
+mod source;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-pub use self::encoding::{ENCODINGS, Encoding, Repr, Rounding, decode, encode, rounding};
+pub use self::babylon::BabylonEnv;
+pub use self::dds::Dds;
+pub use self::encoding::{
+    Compression, ENCODINGS, Effort, Encoding, Pictures, Repr, Rounding, Steps, Storage, decode, encode, rounding,
+};
 pub use self::exr::Exr;
 pub use self::fingerprint::{Changed, Fingerprint, SHA256};
 pub use self::hdr::Hdr;
+pub use self::json::Json;
+pub use self::ktx1::Ktx1;
 pub use self::ktx2::Ktx2;
-pub use self::output::{Output, Written};
+pub use self::npy::Npy;
+pub use self::output::{Abandoned, Output, Written, abandon};
 pub use self::png::Png;
 pub use self::sh::sh_json;
+pub use self::source::{C, C_HEADER, JAVASCRIPT, Language, PYTHON, RUST, TYPESCRIPT};
 
 use crate::error::{Error, Result, nearest};
 use crate::texture::{Meta, Shape, Texture};
@@ -41,12 +56,24 @@ pub trait Format: Sync {
     fn extension(&self) -> &'static str;
     /// Can it hold more than one level?
     fn holds_mips(&self) -> bool;
+    /// Has it a place for metadata? Without it a file does not say what it holds.
+    fn holds_meta(&self) -> bool {
+        true
+    }
+    /// An error where it has its own idea of the size of a cube or map, and this is another.
+    fn accepts(&self, _size: u32, _levels: u32) -> Result<()> {
+        Ok(())
+    }
     /// The encodings that it can hold for this shape; empty when it cannot hold the shape at all.
     fn encodings(&self, shape: Shape) -> Vec<Encoding>;
     /// What is written when the user names no encoding: half float where the container has it.
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding>;
-    /// The file's bytes, with the texture's meta. `path` only names the file in an error.
-    fn to_bytes(&self, path: &Path, texture: &Texture, encoding: Encoding) -> Result<Vec<u8>>;
+    /// What it can do to its bytes.
+    fn compressions(&self) -> &'static [Compression] {
+        &[Compression::Plain]
+    }
+    /// The file's bytes, with the texture's meta. `path` names the file in an error, and an array in source code.
+    fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>>;
     /// The texture in a file that this tool wrote (others too where the container says enough), and its encoding.
     /// `path` only names the file in an error.
     fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)>;
@@ -57,9 +84,27 @@ pub trait Format: Sync {
     }
 }
 
+static FORMATS: [&dyn Format; 15] = [
+    &Ktx2,
+    &Exr,
+    &Hdr,
+    &Png,
+    &Dds,
+    &Ktx1,
+    &BabylonEnv,
+    &Npy,
+    &Json,
+    &RUST,
+    &C,
+    &C_HEADER,
+    &JAVASCRIPT,
+    &TYPESCRIPT,
+    &PYTHON,
+];
+
 /// Every format, in the order of their documentation.
 pub fn formats() -> &'static [&'static dyn Format] {
-    &[&Ktx2, &Exr, &Hdr, &Png]
+    &FORMATS
 }
 
 /// The format that a path's extension selects, upper or lower case.
@@ -129,12 +174,13 @@ pub fn check_range(
         _ if min.is_infinite() || max.is_infinite() => Some("holds an infinite value".to_string()),
         Repr::F16 | Repr::F32 => None,
         _ => [min, max].iter().find(|v| !held.contains(v)).map(|v| {
-            let depth = match encoding.repr {
-                Repr::Unorm8 => "8-bit ",
-                Repr::Unorm16 => "16-bit ",
-                _ => "",
+            let holder = match encoding.repr {
+                Repr::Unorm8 => format!("8-bit {}", format.name()),
+                Repr::Unorm16 => format!("16-bit {}", format.name()),
+                Repr::Rgbe8 => format.name().into(),
+                _ => encoding.name.into(),
             };
-            format!("reaches {v} but {depth}{} holds [{}, {}]", format.name(), held.start(), ShortFloat(*held.end()))
+            format!("reaches {v} but {holder} holds [{}, {}]", held.start(), ShortFloat(*held.end()))
         }),
     };
     match refused {
@@ -160,9 +206,36 @@ impl std::fmt::Display for ShortFloat {
     }
 }
 
+/// An error where the container cannot compress like this.
+pub fn check_compression(format: &dyn Format, compression: Compression) -> Result<()> {
+    if format.compressions().contains(&compression) {
+        return Ok(());
+    }
+    let others: Vec<String> = formats()
+        .iter()
+        .filter(|f| f.compressions().contains(&compression))
+        .map(|f| format!(".{}", f.extension()))
+        .collect();
+    let what = format!("{} is not compressed by {}", format.name(), compression.name());
+    Err(Error::usage(what, format!("drop --compression, or write a {} file", others.join(" or "))))
+}
+
+/// States in a texture's meta what a file that stores it so must say of its texels: their fingerprint, and what blocks lost.
+pub fn certify(texture: &mut Texture, storage: impl Into<Storage>) -> Result<()> {
+    let storage = storage.into();
+    if storage.encoding.repr.is_blocks() {
+        let rounding = rounding(texture, storage)?;
+        Steps::state(storage.encoding, &rounding, &mut texture.meta);
+    }
+    Fingerprint::of(texture, storage)?.state(&mut texture.meta);
+    Ok(())
+}
+
 /// What every writer checks first: the encoding, the lengths, the ranges and the meta.
-fn check(path: &Path, format: &dyn Format, texture: &Texture, encoding: Encoding) -> Result<()> {
+fn check(path: &Path, format: &dyn Format, texture: &Texture, storage: Storage) -> Result<()> {
+    let encoding = storage.encoding;
     choose(format, texture.shape, texture.channels.len(), Some(encoding))?;
+    check_compression(format, storage.compression)?;
     let cannot = |what: &str| Error::usage(format!("cannot write '{}': {what}", path.display()), "");
 
     // Sizes: the writers index by them.
@@ -182,6 +255,7 @@ fn check(path: &Path, format: &dyn Format, texture: &Texture, encoding: Encoding
         let what = format!("cannot write '{}': {} holds one level, not {levels}", path.display(), format.name());
         return Err(Error::usage(what, help));
     }
+    format.accepts(texture.width, levels as u32)?;
     if let Some(level) = (0..levels).find(|&i| texture.levels[i].len() != texture.level_len(i)) {
         return Err(cannot(&format!("level {level} holds the wrong number of values")));
     }
@@ -193,7 +267,7 @@ fn check(path: &Path, format: &dyn Format, texture: &Texture, encoding: Encoding
     for (key, value) in texture.meta.iter() {
         let is_key = (1..=64).contains(&key.len())
             && key.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b"._-".contains(&b));
-        if !is_key || key == CHANNELS {
+        if !is_key || [CHANNELS, ENCODING, FORMULA, TEXELS].contains(&key) {
             return Err(cannot(&format!("'{}' cannot be a metadata key", key.escape_debug())));
         }
         if !is_line(value) {
@@ -218,6 +292,24 @@ fn check(path: &Path, format: &dyn Format, texture: &Texture, encoding: Encoding
     Ok(())
 }
 
+/// Halves and singles, of one, two or four components.
+fn floats() -> Vec<Encoding> {
+    ENCODINGS.iter().copied().filter(|e| matches!(e.repr, Repr::F16 | Repr::F32)).collect()
+}
+
+/// JSON with nothing but ASCII.
+fn ascii(json: &str) -> String {
+    let mut out = String::with_capacity(json.len());
+    for c in json.chars() {
+        if c.is_ascii() {
+            out.push(c);
+        } else {
+            c.encode_utf16(&mut [0; 2]).iter().for_each(|unit| out += &format!("\\u{unit:04x}"));
+        }
+    }
+    out
+}
+
 /// Does the meta say that the texels are a picture of the sphere?
 fn is_map(meta: &Meta) -> bool {
     matches!(meta.get("projection"), Some("equirect" | "octahedral"))
@@ -231,14 +323,37 @@ fn is_line(text: &str) -> bool {
 const PREFIX: &str = "brdf-baker.";
 /// The key that carries the names of the channels.
 const CHANNELS: &str = "channels";
+/// The key of an encoding that a container cannot tell by itself: bytes that need a formula.
+const ENCODING: &str = "encoding";
+/// The key of that formula.
+const FORMULA: &str = "encoding.decode";
+/// The key of a size that a container has no other place for.
+const TEXELS: &str = "texels";
 /// What files name as their writer.
 const WRITER: &str = concat!("brdf-baker ", env!("CARGO_PKG_VERSION"));
 
-/// The pairs to write, with the channels and with the prefix.
-fn pairs(texture: &Texture) -> Vec<(String, String)> {
+/// The pairs to write, with the channels, with the encoding where it needs words, and with the prefix.
+fn pairs(texture: &Texture, encoding: Encoding) -> Vec<(String, String)> {
     let channels = std::iter::once((CHANNELS, texture.channels.join(",")));
+    let formula = encoding.formula().into_iter();
+    let formula = formula.flat_map(|formula| [(ENCODING, encoding.name.into()), (FORMULA, formula.into())]);
     let meta = texture.meta.iter().map(|(k, v)| (k, v.to_string()));
-    channels.chain(meta).map(|(k, v)| (format!("{PREFIX}{k}"), v)).collect()
+    channels.chain(formula).chain(meta).map(|(k, v)| (format!("{PREFIX}{k}"), v)).collect()
+}
+
+/// The encoding of texels that are stored as `container` says: that, or one that such bytes carry.
+fn stated_encoding<'a>(
+    path: &Path,
+    container: Encoding,
+    mut pairs: impl Iterator<Item = (&'a str, &'a str)>,
+) -> Result<Encoding> {
+    let Some((_, name)) = pairs.find(|(key, _)| key.strip_prefix(PREFIX) == Some(ENCODING)) else {
+        return Ok(container);
+    };
+    match Encoding::parse(name) {
+        Ok(stated) if stated.formula().is_some() && container.name == "rgba8unorm" => Ok(stated),
+        _ => Err(Error::input(path, format!("it states the encoding {name}, but holds {}", container.name), "")),
+    }
 }
 
 /// The reverse of [`pairs`]: the channels, `default` where the file does not name them, and the meta.
@@ -255,10 +370,10 @@ fn from_pairs<'a>(
         if !is_line(value) {
             return Err(Error::input(path, format!("the metadata value of '{key}' holds a control character"), ""));
         }
-        if key == CHANNELS {
-            channels = value.split(',').map(String::from).collect();
-        } else {
-            meta.set(key, value);
+        match key {
+            CHANNELS => channels = value.split(',').map(String::from).collect(),
+            ENCODING | FORMULA | TEXELS => {}
+            key => meta.set(key, value),
         }
     }
     if !(1..=components).contains(&channels.len()) {
@@ -286,8 +401,8 @@ mod tests {
         assert_eq!(for_path(Path::new("lut.exr")).unwrap().name(), "OpenEXR");
         let error = for_path(Path::new("lut.pgn")).err().unwrap();
         assert_eq!(error.to_string(), "unknown format 'pgn'");
-        assert_eq!(error.help(), "did you mean 'png'? known are: ktx2, exr, hdr, png");
-        assert_eq!(for_path(Path::new("lut")).err().unwrap().help(), "known are: ktx2, exr, hdr, png");
+        assert!(error.help().starts_with("did you mean 'png'? known are: ktx2, exr, hdr, png, "), "{}", error.help());
+        assert!(for_path(Path::new("lut")).err().unwrap().help().starts_with("known are: ktx2, exr, hdr, png, dds"));
     }
 
     #[test]
@@ -299,11 +414,16 @@ mod tests {
         assert_eq!(default(&Hdr, Shape::Table, 2), Ok("rgbe8"));
         assert_eq!(default(&Png, Shape::Table, 1), Ok("r16unorm"));
         assert_eq!(default(&Png, Shape::Table, 2), Ok("rgb16unorm"));
-        assert_eq!(default(&Png, Shape::Table, 4), Err("formats that can: .ktx2, .exr".into()));
-        assert_eq!(default(&Hdr, Shape::Cube, 3), Err("formats that can: .ktx2, .exr".into()));
+        assert_eq!(default(&Png, Shape::Table, 4), Ok("rgba16unorm"));
+        assert_eq!(default(&Png, Shape::Map, 3), Ok("rgbd8"));
+        assert_eq!(
+            default(&Hdr, Shape::Table, 4),
+            Err("formats that can: .ktx2, .exr, .png, .dds, .ktx, .npy, .json, .rs, .c, .h, .js, .ts, .py".into())
+        );
+        assert_eq!(default(&Hdr, Shape::Cube, 3), Err("formats that can: .ktx2, .exr, .dds, .ktx, .env, .npy".into()));
         let wrong = choose(&Ktx2, Shape::Table, 2, Encoding::parse("rgbe8").ok()).unwrap_err();
         assert_eq!(wrong.to_string(), "KTX2 does not hold encoding rgbe8");
-        assert_eq!(wrong.help(), "known are: rg16f, rgba16f, rg32f, rgba32f");
+        assert!(wrong.help().starts_with("known are: rg16f, rgba16f, rg32f, rgba32f, rg8unorm, "), "{}", wrong.help());
         let narrow = choose(&Ktx2, Shape::Table, 2, Encoding::parse("r16f").ok()).unwrap_err();
         assert_eq!(narrow.help(), "use rg16f");
     }

@@ -3,10 +3,11 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
-use super::{Encoding, Format, Rounding, rounding};
+use super::{Format, Rounding, Storage, rounding};
 use crate::error::{Error, Result};
 use crate::texture::Texture;
 
@@ -19,6 +20,47 @@ pub struct Output {
     path: PathBuf,
     folder: PathBuf,
     part: NamedTempFile,
+    // Dropped after the file is gone.
+    _listed: Listed,
+}
+
+/// Temporary files that exist now.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A temporary file's entry in the list.
+#[derive(Debug)]
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(path: PathBuf) -> Listed {
+        unfinished().push(path.clone());
+        Listed(path)
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        unfinished().retain(|path| *path != self.0);
+    }
+}
+
+/// For a process that ends at once: no [`Output`] is prepared or committed while this lives.
+pub struct Abandoned {
+    _list: MutexGuard<'static, Vec<PathBuf>>,
+}
+
+/// Removes the temporary files of all outputs that were not committed. What was committed is whole and stays.
+pub fn abandon() -> Abandoned {
+    let list = unfinished();
+    for path in list.iter() {
+        // It may be gone already: then there is nothing to remove.
+        let _ = fs::remove_file(path);
+    }
+    Abandoned { _list: list }
 }
 
 /// What [`Output::commit`] wrote.
@@ -59,13 +101,15 @@ impl Output {
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let part = builder.tempfile_in(&folder).map_err(|e| Error::io("write", path, e))?;
-        Ok(Output { path: target, folder, part })
+        let listed = Listed::new(part.path().to_path_buf());
+        Ok(Output { path: target, folder, part, _listed: listed })
     }
 
     /// Writes the texture and puts the file in place, over an older one.
-    pub fn commit(self, format: &dyn Format, texture: &Texture, encoding: Encoding) -> Result<Written> {
-        let bytes = format.to_bytes(&self.path, texture, encoding)?;
-        let rounding = rounding(texture, encoding)?;
+    pub fn commit(self, format: &dyn Format, texture: &Texture, storage: impl Into<Storage>) -> Result<Written> {
+        let storage = storage.into();
+        let bytes = format.to_bytes(&self.path, texture, storage)?;
+        let rounding = rounding(texture, storage)?;
         Ok(Written { bytes: self.commit_bytes(&bytes)?, rounding })
     }
 
@@ -74,7 +118,10 @@ impl Output {
         // Synced before the rename: otherwise a crash could leave the new name with an empty file behind it.
         let written = self.part.write_all(bytes).and_then(|()| self.part.as_file().sync_all());
         written.map_err(|e| Error::io("write", &self.path, e))?;
-        self.part.persist(&self.path).map_err(|e| Error::io("write", &self.path, e.error))?;
+        let held = unfinished();
+        let placed = self.part.persist(&self.path).map_err(|e| Error::io("write", &self.path, e.error));
+        drop(held);
+        placed?;
         // The rename itself is made durable where the system can; the file is in place either way.
         #[cfg(unix)]
         let _ = fs::File::open(&self.folder).and_then(|folder| folder.sync_all());

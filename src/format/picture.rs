@@ -1,8 +1,8 @@
 //! Pictures that anyone may have written: the plain numbers of level 0, component by component, and how finely each is
 //! stored. Nothing that the file says about colour is applied.
 //!
-//! The first bytes tell the container: KTX2 (plain, Zstandard or zlib), DDS, OpenEXR, Radiance HDR, PNG. Bare texels
-//! need a size and an encoding.
+//! The first bytes tell the container: KTX2 (plain, Zstandard or zlib), KTX, DDS, OpenEXR, Radiance HDR, PNG, NumPy. Bare
+//! texels need a size and an encoding.
 
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -15,7 +15,7 @@ use half::f16;
 use image_dds::ddsfile::{Caps2, D3DFormat, Dds, DxgiFormat, MiscFlag};
 use image_dds::{ImageFormat, Surface};
 
-use super::{Encoding, Format, Hdr, Repr, decode, plausible};
+use super::{Encoding, Format, Hdr, Ktx1, Npy, Pictures, Repr, decode, plausible};
 use crate::bake::MAX_SIZE;
 use crate::error::{Error, Result};
 
@@ -33,6 +33,8 @@ pub enum Precision {
     Integer(u32),
     /// Mantissas of this many bits that share the exponent of the texel's largest component.
     Shared(i32),
+    /// Bytes that a formula makes values of.
+    Scaled(Repr),
     /// Blocks of 4 × 4 texels, compressed with loss.
     Blocks,
 }
@@ -53,6 +55,7 @@ impl Precision {
             Precision::Float { bits, least_exponent } => f64::from(exponent(value).max(least_exponent) - bits).exp2(),
             Precision::Integer(steps) => 0.5 / f64::from(steps),
             Precision::Shared(bits) => f64::from(exponent(largest) - bits).exp2(),
+            Precision::Scaled(repr) => Encoding::fitting(repr, 3).map_or(f64::NAN, |e| e.half_ulp_at(value, largest)),
             // Ends of 5 or 6 bits, and two steps between them.
             Precision::Blocks => 0.5 / 64.0,
         }
@@ -110,15 +113,17 @@ impl Picture {
     pub fn read(path: &Path) -> Result<Picture> {
         let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
         let picture = match bytes.get(..4).unwrap_or_default() {
+            [0xab, b'K', b'T', b'X'] if bytes.get(5) == Some(&b'1') => ours(&Ktx1, path, &bytes),
             [0xab, b'K', b'T', b'X'] => ktx2(path, &bytes),
+            [0x93, b'N', b'U', b'M'] => ours(&Npy, path, &bytes),
             b"DDS " => dds(path, &bytes),
             [0x76, 0x2f, 0x31, 0x01] => exr(path, &bytes),
-            [b'#', b'?', ..] => hdr(path, &bytes),
+            [b'#', b'?', ..] => ours(&Hdr, path, &bytes),
             [0x89, b'P', b'N', b'G'] => png(path, &bytes),
             _ => Err(Error::input(
                 path,
                 "its first bytes are those of no container that is read here",
-                "give a .ktx2, .dds, .exr, .hdr or .png file; for bare texels say --size WxH --encoding NAME",
+                "give a .ktx2, .ktx, .dds, .exr, .hdr, .png or .npy file; for bare texels say --size WxH --encoding NAME",
             )),
         }?;
         picture.checked(path)
@@ -128,14 +133,15 @@ impl Picture {
     pub fn read_raw(path: &Path, (width, height): (u32, u32), encoding: Encoding) -> Result<Picture> {
         accept(path, width, height)?;
         let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
-        let wanted = width as usize * height as usize * encoding.texel_bytes();
-        if bytes.len() != wanted {
+        let pictures = Pictures { width, height, count: 1 };
+        let wanted = encoding.level_bytes(pictures).unwrap_or(u64::MAX);
+        if bytes.len() as u64 != wanted {
             let what =
                 format!("it has {} bytes, but {width}x{height} texels as {} have {wanted}", bytes.len(), encoding.name);
             return Err(Error::input(path, what, "check --size and --encoding; bare texels have no header"));
         }
-        let values = decode(&bytes, encoding.components, encoding);
-        let components = named(encoding.components, precision(encoding.repr));
+        let values = decode(&bytes, encoding.components, pictures, encoding);
+        let components = components(encoding.components, encoding.repr);
         Picture { width, height, components, stored: encoding.name.into(), values }.checked(path)
     }
 
@@ -150,13 +156,19 @@ impl Picture {
     }
 }
 
-fn precision(repr: Repr) -> Precision {
+/// Components that are stored like this, without names of their own.
+fn components(n: usize, repr: Repr) -> Vec<Component> {
     match repr {
-        Repr::F16 => HALF,
-        Repr::F32 => SINGLE,
-        Repr::Unorm8 => Precision::Integer(255),
-        Repr::Unorm16 => Precision::Integer(65535),
-        Repr::Rgbe8 => Precision::Shared(8),
+        Repr::F16 => named(n, HALF),
+        Repr::F32 => named(n, SINGLE),
+        Repr::Unorm8 => named(n, Precision::Integer(255)),
+        Repr::Unorm16 => named(n, Precision::Integer(65535)),
+        Repr::Unorm10 => named(n, Precision::Integer(1023)),
+        Repr::Rgbe8 => named(n, Precision::Shared(8)),
+        Repr::Rgb9e5 => named(n, Precision::Shared(9)),
+        Repr::B10g11r11 => Packing::B10g11r11.components(),
+        Repr::Rgbd8 | Repr::Rgbm8 | Repr::Rgbp8 => named(n, Precision::Scaled(repr)),
+        Repr::Bc4 | Repr::Bc5 | Repr::Bc6h => named(n, Precision::Blocks),
     }
 }
 
@@ -480,12 +492,17 @@ fn exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
     Ok(Picture { width, height, stored: format!("OpenEXR {kind}"), components, values })
 }
 
-fn hdr(path: &Path, bytes: &[u8]) -> Result<Picture> {
-    let (texture, encoding) = Hdr.parse(path, bytes)?;
+/// A format of which others' files are read as ours are.
+fn ours(format: &dyn Format, path: &Path, bytes: &[u8]) -> Result<Picture> {
+    let (texture, encoding) = format.parse(path, bytes)?;
+    if texture.faces() != 1 {
+        return Err(Error::input(path, "it is not a plain 2-D texture", "only tables of two dimensions are known"));
+    }
     accept(path, texture.width, texture.height)?;
-    let components = named(texture.channels.len(), precision(encoding.repr));
+    let components = components(texture.channels.len(), encoding.repr);
     let values = texture.levels.into_iter().next().unwrap_or_default();
-    Ok(Picture { width: texture.width, height: texture.height, components, stored: "RGBE".into(), values })
+    let stored = format!("{} {}", format.name(), encoding.name);
+    Ok(Picture { width: texture.width, height: texture.height, components, stored, values })
 }
 
 fn png(path: &Path, bytes: &[u8]) -> Result<Picture> {

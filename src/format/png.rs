@@ -1,15 +1,17 @@
-//! PNG: tables as 8- or 16-bit integers over [0, 1], for engines and tools that read nothing else.
+//! PNG: tables as 8- or 16-bit integers over [0, 1], for engines and tools that read nothing else; tables and maps of the
+//! sphere of one level as bytes with a formula (`rgbd8`, `rgbm8`, `rgbp8`).
 //!
 //! The values are linear and the file says so (gAMA 1.0, no sRGB chunk): a reader that honours neither still gets the
-//! stored numbers. One channel is grey; two and three are RGB, blue 0 where it is not used.
+//! stored numbers. One channel is grey; two and three are RGB, blue 0 where it is not used; four, and formulas, are RGBA
+//! with an alpha that must not be multiplied in.
 
 use std::io::Cursor;
 use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Decoder, Encoder, ScaledFloat};
 
-use super::encoding::{decode, encode};
-use super::{Encoding, Format, Repr, WRITER, check, from_pairs, pairs, plausible};
+use super::encoding::{Pictures, decode, encode};
+use super::{Encoding, Format, Repr, Storage, WRITER, check, from_pairs, is_map, pairs, plausible, stated_encoding};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -34,22 +36,41 @@ impl Format for Png {
     }
 
     fn encodings(&self, shape: Shape) -> Vec<Encoding> {
-        let names: &[&str] = match shape {
-            Shape::Table => &["r8unorm", "rgb8unorm", "r16unorm", "rgb16unorm"],
-            Shape::Map | Shape::Cube => &[],
+        let of = |names: &[&str]| -> Vec<Encoding> {
+            names.iter().map(|name| Encoding::parse(name).expect("each name is in ENCODINGS")).collect()
         };
-        names.iter().map(|name| Encoding::parse(name).expect("each name is in ENCODINGS")).collect()
+        match shape {
+            Shape::Table => of(&[
+                "r8unorm",
+                "rgb8unorm",
+                "rgba8unorm",
+                "r16unorm",
+                "rgb16unorm",
+                "rgba16unorm",
+                "rgbd8",
+                "rgbm8",
+                "rgbp8",
+            ]),
+            Shape::Map => of(&["rgbd8", "rgbm8", "rgbp8"]),
+            Shape::Cube => vec![],
+        }
     }
 
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding> {
-        if shape == Shape::Table { Encoding::fitting(Repr::Unorm16, channels) } else { None }
+        match shape {
+            Shape::Table => {
+                self.encodings(shape).into_iter().find(|e| e.repr == Repr::Unorm16 && e.components >= channels)
+            }
+            Shape::Map => Encoding::fitting(Repr::Rgbd8, channels),
+            Shape::Cube => None,
+        }
     }
 
-    fn to_bytes(&self, path: &Path, texture: &Texture, encoding: Encoding) -> Result<Vec<u8>> {
-        check(path, self, texture, encoding)?;
+    fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
+        check(path, self, texture, storage)?;
         let mut out = Vec::new();
-        write(&mut out, texture, encoding, encode(&texture.levels[0], texture.channels.len(), encoding)?)
-            .map_err(|e| Error::io("write", path, e.into()))?;
+        let texels = encode(&texture.levels[0], texture.channels.len(), Pictures::of(texture, 0), storage)?;
+        write(&mut out, texture, storage.encoding, texels).map_err(|e| Error::io("write", path, e.into()))?;
         Ok(out)
     }
 
@@ -58,26 +79,31 @@ impl Format for Png {
         let mut file = Decoder::new(Cursor::new(bytes)).read_info().map_err(unsound)?;
         let info = file.info();
         let (width, height) = (info.width, info.height);
-        let encoding = match (info.color_type, info.bit_depth) {
+        let container = match (info.color_type, info.bit_depth) {
             (ColorType::Grayscale, BitDepth::Eight) => "r8unorm",
             (ColorType::Rgb, BitDepth::Eight) => "rgb8unorm",
+            (ColorType::Rgba, BitDepth::Eight) => "rgba8unorm",
             (ColorType::Grayscale, BitDepth::Sixteen) => "r16unorm",
             (ColorType::Rgb, BitDepth::Sixteen) => "rgb16unorm",
+            (ColorType::Rgba, BitDepth::Sixteen) => "rgba16unorm",
             (color, depth) => {
                 let what = format!("its texels are {color:?} of {} bits", depth as u8);
-                return Err(Error::input(path, what, "save it as grey or RGB with 8 or 16 bits, without a palette"));
+                return Err(Error::input(
+                    path,
+                    what,
+                    "save it as grey, RGB or RGBA with 8 or 16 bits, without a palette",
+                ));
             }
         };
-        let encoding = Encoding::parse(encoding).expect("each name is in ENCODINGS");
+        let container = Encoding::parse(container).expect("each name is in ENCODINGS");
 
         // Texels, and what follows them: the checks of the last chunks catch a file that was cut short.
-        let size = u64::from(width).checked_mul(u64::from(height));
-        let size = size.and_then(|n| n.checked_mul(encoding.texel_bytes() as u64));
-        plausible(path, size, bytes.len(), BEST_RATIO)?;
+        let pictures = Pictures { width, height, count: 1 };
+        plausible(path, container.level_bytes(pictures), bytes.len(), BEST_RATIO)?;
         let mut texels = vec![0; file.output_buffer_size().unwrap_or(0)];
         file.next_frame(&mut texels).map_err(unsound)?;
         file.finish().map_err(unsound)?;
-        swap_16(&mut texels, encoding);
+        swap_16(&mut texels, container);
 
         let info = file.info();
         let mut texts: Vec<(String, String)> =
@@ -85,10 +111,13 @@ impl Format for Png {
         for text in &info.utf8_text {
             texts.push((text.keyword.clone(), text.get_text().map_err(unsound)?));
         }
-        let texts = texts.iter().map(|(k, v)| (k.as_str(), v.as_str()));
-        let (channels, meta) = from_pairs(path, texts, &["r", "g", "b"][..encoding.components], encoding.components)?;
-        let levels = vec![decode(&texels, channels.len(), encoding)];
-        Ok((Texture { shape: Shape::Table, width, height, channels, levels, meta }, encoding))
+        let texts = || texts.iter().map(|(k, v)| (k.as_str(), v.as_str()));
+        let encoding = stated_encoding(path, container, texts())?;
+        let default = &["r", "g", "b", "a"][..encoding.components];
+        let (channels, meta) = from_pairs(path, texts(), default, encoding.components)?;
+        let levels = vec![decode(&texels, channels.len(), pictures, encoding)];
+        let shape = if is_map(&meta) { Shape::Map } else { Shape::Table };
+        Ok((Texture { shape, width, height, channels, levels, meta }, encoding))
     }
 }
 
@@ -99,11 +128,15 @@ fn write(
     mut texels: Vec<u8>,
 ) -> std::result::Result<(), ::png::EncodingError> {
     let mut file = Encoder::new(out, texture.width, texture.height);
-    file.set_color(if encoding.components == 1 { ColorType::Grayscale } else { ColorType::Rgb });
-    file.set_depth(if encoding.repr == Repr::Unorm8 { BitDepth::Eight } else { BitDepth::Sixteen });
+    file.set_color(match (encoding.formula(), encoding.components) {
+        (Some(_), _) | (None, 4) => ColorType::Rgba,
+        (None, 1) => ColorType::Grayscale,
+        (None, _) => ColorType::Rgb,
+    });
+    file.set_depth(if encoding.repr == Repr::Unorm16 { BitDepth::Sixteen } else { BitDepth::Eight });
     file.set_source_gamma(ScaledFloat::new(1.0));
     file.add_text_chunk("Software".into(), WRITER.into())?;
-    for (key, value) in pairs(texture) {
+    for (key, value) in pairs(texture, encoding) {
         // tEXt holds Latin-1, iTXt UTF-8; the first is more widely shown.
         if value.is_ascii() { file.add_text_chunk(key, value)? } else { file.add_itxt_chunk(key, value)? }
     }

@@ -1,4 +1,4 @@
-//! From a spectrum of reflectance to linear sRGB.
+//! From a spectrum of reflectance, or of light, to linear sRGB.
 //!
 //! The light is CIE standard illuminant D65, the white of sRGB, so that a perfect reflector is exactly (1, 1, 1): with any
 //! other illuminant, the equal-energy one too, a grey metal would take on a tint that the white of the picture does not have.
@@ -25,14 +25,38 @@ pub struct Sample {
 /// row to the sum 1 is what chooses the primaries' luminances in the usual derivation of the matrix of sRGB; the white is that
 /// of the tables, (0.31271, 0.32901), where the standard rounds to (0.3127, 0.3290).
 pub static SAMPLES: LazyLock<Vec<Sample>> = LazyLock::new(|| {
-    let xyz = |x: f64, y: f64| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
-    let primaries = DMat3::from_cols(xyz(0.64, 0.33), xyz(0.30, 0.60), xyz(0.15, 0.06));
-    let to_rgb = primaries.inverse();
+    let to_rgb = primaries().inverse();
     let raw = |[_, x, y, z, d65]: &[f64; 5]| to_rgb * (DVec3::new(*x, *y, *z) * *d65);
     let white: DVec3 = OBSERVER_AND_D65.iter().map(raw).sum();
     let sample = |row: &[f64; 5]| Sample { wavelength_nm: row[0], weight_rgb: (raw(row) / white).to_array() };
     OBSERVER_AND_D65.iter().map(sample).collect()
 });
+
+/// The primaries of sRGB (IEC 61966-2-1), each of luminance 1, as columns of XYZ.
+fn primaries() -> DMat3 {
+    let xyz = |x: f64, y: f64| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
+    DMat3::from_cols(xyz(0.64, 0.33), xyz(0.30, 0.60), xyz(0.15, 0.06))
+}
+
+/// From XYZ to linear sRGB: the white of [`SAMPLES`] at Y = 1 becomes (1, 1, 1).
+static TO_RGB: LazyLock<DMat3> = LazyLock::new(|| {
+    let of_white = |[_, x, y, z, d65]: &[f64; 5]| DVec3::new(*x, *y, *z) * *d65;
+    let white: DVec3 = OBSERVER_AND_D65.iter().map(of_white).sum();
+    let to_rgb = primaries().inverse();
+    DMat3::from_diagonal((to_rgb * (white / white.y)).recip()) * to_rgb
+});
+
+/// Linear sRGB of a colour in CIE 1931 XYZ, in the unit of its Y: 0.2126 r + 0.7152 g + 0.0722 b is Y.
+pub fn rgb_of_xyz(xyz: [f64; 3]) -> [f64; 3] {
+    (*TO_RGB * DVec3::from_array(xyz)).to_array()
+}
+
+/// Linear sRGB of a spectral radiance in W/(m² sr nm), in cd/m²: K_m ∫ L ȳ dλ with K_m = 683 lm/W is the luminance.
+pub fn rgb_of_emission(radiance: impl Fn(f64) -> f64) -> [f64; 3] {
+    let step_nm = OBSERVER_AND_D65[1][0] - OBSERVER_AND_D65[0][0];
+    let part = |[wavelength_nm, x, y, z, _]: &[f64; 5]| DVec3::new(*x, *y, *z) * radiance(*wavelength_nm);
+    rgb_of_xyz((683.0 * step_nm * OBSERVER_AND_D65.iter().map(part).sum::<DVec3>()).to_array())
+}
 
 /// Linear sRGB of a reflectance spectrum under D65; (1, 1, 1) for a perfect reflector. Saturated spectra leave [0, 1].
 pub fn rgb(reflectance: impl Fn(f64) -> f64) -> [f64; 3] {

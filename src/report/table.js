@@ -261,9 +261,8 @@ function tablePage() {
         const rule = edges ? "Edges: texel i of N holds the value at i/(N − 1). The first is the limit at 0, the last the value at 1."
             : "Centers: texel i of N holds the value at (i + ½)/N, which is what a sampler reads there.";
 
-        const variable = { n_dot_v: "n_dot_v", roughness: "roughness" };
         const uv = axes.map((axis, i) => {
-            const value = axis.reversed ? `1.0 - ${variable[axis.coordinate]}` : variable[axis.coordinate];
+            const value = axis.reversed ? `1.0 - ${axis.position}` : axis.position;
             const size = i === 0 ? picture.width : picture.height;
             return edges ? `((${value}) * ${size - 1}.0 + 0.5) / ${size}.0` : value;
         });

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::{floats, halves, pairs, spread};
-use crate::bake::TableJob;
+use crate::bake::{Channel, TableJob};
 use crate::error::Result;
-use crate::format::{Encoding, Repr};
+use crate::format::{Repr, Steps};
 use crate::progress::{OnProgress, tick};
 use crate::texture::Texture;
 use crate::verify::table::expected;
@@ -20,7 +20,7 @@ const BUDGET_BYTES: u64 = 1_300_000;
 
 /// Texels, their errors against the twin in units of the last place, and slices of the truth. Large tables are thinned:
 /// every k-th texel of every k-th row.
-pub fn picture(job: &TableJob, texture: &Texture, encoding: Encoding, on: &mut OnProgress<'_>) -> Result<Value> {
+pub fn picture(job: &TableJob, texture: &Texture, steps: &Steps, on: &mut OnProgress<'_>) -> Result<Value> {
     let (width, height) = job.size();
     let channels = texture.channels.len();
     let texel_bytes = (channels * (size_of::<f32>() + size_of::<f16>())) as u64;
@@ -33,7 +33,7 @@ pub fn picture(job: &TableJob, texture: &Texture, encoding: Encoding, on: &mut O
     let texel = |x: u32, y: u32| texture.texel(0, 0, x, y);
     let ulps = |x: u32, y: u32, expected: &[f64]| -> Vec<f32> {
         let largest = expected.iter().copied().fold(0.0, f64::max);
-        let of = |(found, e): (&f32, &f64)| ((f64::from(*found) - e) / ulp(encoding, *e, largest)) as f32;
+        let of = |(found, e): (&f32, &f64)| ((f64::from(*found) - e) / ulp(steps, *e, largest)) as f32;
         texel(x, y).iter().zip(expected).map(of).collect()
     };
     let mut errors = Vec::with_capacity(rows.len() * columns.len() * channels);
@@ -84,15 +84,16 @@ pub fn picture(job: &TableJob, texture: &Texture, encoding: Encoding, on: &mut O
         .iter()
         .map(|axis| {
             json!({
-                "coordinate": axis.coordinate.name(),
+                "coordinate": axis.warp.coordinate().name(),
+                "position": axis.warp.formula(),
                 "points": axis.points.name(),
                 "reversed": axis.reversed,
                 "coordinates": axis.coordinates(),
             })
         })
         .collect();
-    let facts: Vec<_> =
-        job.channel_facts().map(|c| json!({ "name": c.name, "meaning": c.meaning, "range": job.range(c) })).collect();
+    let fact = |(i, c): (usize, &Channel)| json!({ "name": c.name, "meaning": c.meaning, "range": job.range(i) });
+    let facts: Vec<_> = job.channel_facts().enumerate().map(fact).collect();
     Ok(json!({
         "kind": "table",
         "width": width,
@@ -103,8 +104,8 @@ pub fn picture(job: &TableJob, texture: &Texture, encoding: Encoding, on: &mut O
         "axes": axes,
         "values": floats(values),
         "ulps": halves(errors),
-        "ulp": ulp_text(encoding),
-        "single": encoding.repr == Repr::F32,
+        "ulp": ulp_text(steps.encoding.repr),
+        "single": steps.encoding.repr == Repr::F32,
         "slices": slices,
         "meta": pairs(&texture.meta),
     }))
@@ -112,18 +113,22 @@ pub fn picture(job: &TableJob, texture: &Texture, encoding: Encoding, on: &mut O
 
 /// The distance between neighbouring stored values. Single floats are far finer than any bound near 0: theirs is that at
 /// 1, and in proportion beyond.
-fn ulp(encoding: Encoding, value: f64, largest: f64) -> f64 {
-    let value = if encoding.repr == Repr::F32 { value.abs().max(1.0) } else { value };
-    2.0 * encoding.half_ulp_at(value, largest)
+fn ulp(steps: &Steps, value: f64, largest: f64) -> f64 {
+    let value = if steps.encoding.repr == Repr::F32 { value.abs().max(1.0) } else { value };
+    2.0 * steps.half_ulp_at(value, largest)
 }
 
 /// The same in words.
-fn ulp_text(encoding: Encoding) -> &'static str {
-    match encoding.repr {
+fn ulp_text(repr: Repr) -> &'static str {
+    match repr {
         Repr::F16 => "1 ulp is the distance between neighbouring half floats at the value",
         Repr::F32 => "1 ulp is the distance between neighbouring single floats at 1.0, 1.2e-7",
         Repr::Unorm8 => "1 ulp is 1/255",
         Repr::Unorm16 => "1 ulp is 1/65535",
-        Repr::Rgbe8 => "1 ulp is the step of the texel's shared exponent",
+        Repr::Unorm10 => "1 ulp is 1/1023",
+        Repr::Rgbe8 | Repr::Rgb9e5 => "1 ulp is the step of the texel's shared exponent",
+        Repr::B10g11r11 => "1 ulp is the distance between neighbouring floats of 10 bits at the value",
+        Repr::Rgbd8 | Repr::Rgbm8 | Repr::Rgbp8 => "1 ulp is the distance between neighbouring bytes at the value",
+        Repr::Bc4 | Repr::Bc5 | Repr::Bc6h => "1 ulp is twice the largest error that the file states of its blocks",
     }
 }

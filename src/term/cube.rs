@@ -24,6 +24,22 @@ pub fn direction(face: u32, s: f64, t: f64) -> [f64; 3] {
     }
 }
 
+/// The face that a direction (of any length) meets, and where: face, s, t. The inverse of
+/// [`direction`]. On an edge the lower axis wins (x before y before z).
+pub fn locate(d: [f64; 3]) -> (u32, f64, f64) {
+    let [x, y, z] = d;
+    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+    if ax >= ay && ax >= az {
+        if x >= 0.0 { (0, -z / ax, -y / ax) } else { (1, z / ax, -y / ax) }
+    } else if ay >= az {
+        if y >= 0.0 { (2, x / ay, z / ay) } else { (3, x / ay, -z / ay) }
+    } else if z >= 0.0 {
+        (4, x / az, -y / az)
+    } else {
+        (5, -x / az, -y / az)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,6 +3,7 @@
 pub mod cube;
 pub mod fainter;
 pub mod fresnel;
+pub mod surface;
 pub mod trig;
 pub mod visibility;
 pub mod zonal;

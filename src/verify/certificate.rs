@@ -13,7 +13,7 @@ use super::table::TableReport;
 use crate::bake::TableJob;
 use crate::bake::specular::SpecularJob;
 use crate::error::Result;
-use crate::format::{Changed, Encoding, Fingerprint, Repr, SHA256};
+use crate::format::{Changed, Encoding, Fingerprint, Repr, SHA256, Steps};
 use crate::texture::{Meta, Shape, Texture};
 
 /// What became of a claim.
@@ -62,7 +62,7 @@ impl Certificate {
     /// Holds the texels of any file against its hash; the rest of its claims comes with [`Certificate::table`] or
     /// [`Certificate::environment`]. An error where the file's statement cannot be read.
     pub fn texels(texture: &Texture, encoding: Encoding) -> Result<Certificate> {
-        let found = Fingerprint::of(texture, encoding)?;
+        let found = Fingerprint::of_stored(texture, encoding)?;
         let Some(stated) = Fingerprint::stated(&texture.meta)? else {
             let claim = Claim { key: SHA256, stated: None, found: Some(found.sha256), verdict: Verdict::Missing };
             return Ok(Certificate { claims: vec![claim], several_changed: false, failures: vec![] });
@@ -83,7 +83,7 @@ impl Certificate {
 
     /// Adds the claims of a table.
     pub fn table(mut self, job: &TableJob, meta: &Meta, report: &TableReport) -> Certificate {
-        self.rule(meta, (job.table.facts().rule)(&job.model));
+        self.rule(meta, job.rule_name());
         self.at_most(meta, "error.worst", report.certified_worst);
         self.at_most(meta, "error.median", report.certified_median);
         self.origin(meta);
@@ -91,26 +91,20 @@ impl Certificate {
     }
 
     /// Adds the claims of an environment; its errors can be measured again only with the source.
-    pub fn environment(
-        mut self,
-        job: &SpecularJob,
-        meta: &Meta,
-        report: &CubeReport,
-        encoding: Encoding,
-    ) -> Certificate {
+    pub fn environment(mut self, job: &SpecularJob, meta: &Meta, report: &CubeReport, steps: &Steps) -> Certificate {
         self.rule(meta, job.rule());
         for (key, found) in
             [("error.relative.rms", report.certified_rms), ("error.relative.worst", report.certified_worst)]
         {
             let stated = meta.get(key).map(String::from);
             let most = stated.as_deref().map(str::parse::<f64>);
-            let rounding = encoding.half_ulp_at(1.0, 1.0);
+            let rounding = steps.relative();
             let verdict = match (most, found) {
                 (None, _) => Verdict::Missing,
                 (_, None) => Verdict::Stated,
                 (Some(Ok(most)), Some(found)) if found <= most * (1.0 + TWO_DIGITS) + rounding => Verdict::Confirmed,
                 // Rounding may take a larger share of very dark texels.
-                (Some(Ok(_)), Some(_)) if encoding.repr != Repr::F32 => Verdict::Stated,
+                (Some(Ok(_)), Some(_)) if steps.encoding.repr != Repr::F32 => Verdict::Stated,
                 (_, Some(found)) => {
                     self.refute(key, stated.as_deref(), found);
                     Verdict::Refuted

@@ -11,6 +11,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::averages;
 use super::environment::{self, Scale};
 use super::law::Law;
 use super::seams::{self, Seams};
@@ -20,7 +21,7 @@ use crate::env::Environment;
 use crate::env::orientation::{centre, normalized};
 use crate::env::projection::Projection;
 use crate::error::Result;
-use crate::format::Encoding;
+use crate::format::Steps;
 use crate::progress::{OnProgress, tick};
 use crate::quadrature::gauss_legendre::gauss_legendre;
 use crate::term::cube;
@@ -81,6 +82,8 @@ pub struct CubeReport {
     pub levels: Vec<LevelReport>,
     /// Mean radiance of mip 0, per channel.
     pub mean: [f64; 3],
+    /// Mip 0, where it is not filtered, beside the means of the source over its texels; only against the source.
+    pub mip_0: Option<MipReport>,
     /// Greatest root mean square of any mip at the texels of a bake's own check; only against the source.
     pub certified_rms: Option<f64>,
     /// Largest relative difference of the same.
@@ -116,12 +119,13 @@ struct Cell {
 pub fn check(
     job: &SpecularJob,
     texture: &Texture,
-    encoding: Encoding,
+    steps: impl Into<Steps>,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<CubeReport> {
+    let steps = steps.into();
     let mut failures = vec![];
-    let (levels, mut obeyed) = laws(job, texture, encoding, &mut failures);
+    let (levels, mut obeyed) = laws(job, texture, &steps, &mut failures);
     let mean = mean(texture, job.projection, 0);
     if !failures.is_empty() || job.projection != Projection::Cube || job.filtered().start == 0 {
         return Ok(CubeReport {
@@ -129,6 +133,7 @@ pub fn check(
             skipped: job.filtered().map(|m| m as usize).collect(),
             levels,
             mean,
+            mip_0: None,
             certified_rms: None,
             certified_worst: None,
             laws: obeyed,
@@ -160,7 +165,7 @@ pub fn check(
             })
             .collect();
         let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-        let step = 2.0 * encoding.half_ulp_at(1.0, 1.0);
+        let step = 2.0 * steps.relative();
         let report = MipReport {
             mip,
             alpha,
@@ -180,7 +185,8 @@ pub fn check(
     }
     obeyed.push(Law::new("every compared mip is the convolution of mip 0, within its bound", &failures[before..]));
     let (certified_rms, certified_worst) = (None, None);
-    Ok(CubeReport { mips, skipped, levels, mean, certified_rms, certified_worst, laws: obeyed, failures })
+    let mip_0 = None;
+    Ok(CubeReport { mips, skipped, levels, mean, mip_0, certified_rms, certified_worst, laws: obeyed, failures })
 }
 
 /// What texels (face, column, row) of a filtered mip of a cube should hold, if mip 0 were the source.
@@ -194,12 +200,15 @@ pub fn expected(job: &SpecularJob, texture: &Texture, mip: u32, texels: &[[u32; 
 /// The mean radiance of mip 0 may differ from the source's by this share.
 const MEAN_BOUND: f64 = 1e-4;
 
+/// Root mean square of the relative errors of mip 0's texels; ten times that for each.
+const TEXEL_BOUND: f64 = 5e-4;
+
 /// Checks an environment that `job` describes against the one that it was baked from.
 pub fn check_with_source<'a>(
     job: &SpecularJob,
     texture: &Texture,
     source: impl Into<Environment<'a>>,
-    encoding: Encoding,
+    steps: impl Into<Steps>,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<CubeReport> {
@@ -207,10 +216,11 @@ pub fn check_with_source<'a>(
         Extent::Spot | Extent::Twin => environment::Extent { random: 24, bright: 8 },
         Extent::Full => environment::Extent::THOROUGH,
     };
-    let step = encoding.half_ulp_at(1.0, 1.0);
+    let steps = steps.into();
+    let step = steps.relative();
     let (rms_bound, worst_bound) = (job.quality.rms_bound + step, job.quality.worst_bound + step);
     let mut failures = vec![];
-    let (levels, mut obeyed) = laws(job, texture, encoding, &mut failures);
+    let (levels, mut obeyed) = laws(job, texture, &steps, &mut failures);
     let mean = mean(texture, job.projection, 0);
     let source = source.into();
     let expected = source.picture.mean();
@@ -225,6 +235,29 @@ pub fn check_with_source<'a>(
     }
     if job.filtered().start > 0 {
         obeyed.push(Law::new("mip 0 has the mean radiance of the source", &failures[before..]));
+    }
+    let report = |e: environment::MipError, bound: f64| MipReport {
+        mip: e.mip as usize,
+        alpha: job.alpha(e.mip),
+        texels: e.texels as usize,
+        rms: e.rms,
+        worst: e.max,
+        bias: Some(e.bias),
+        bound,
+    };
+    let before = failures.len();
+    let mut mip_0 = None;
+    if job.filtered().start > 0 {
+        let found = averages::check(job, &source, texture, extent, on)?;
+        let (rms_bound, worst_bound) = (TEXEL_BOUND + step, 10.0 * TEXEL_BOUND + step);
+        if !(found.rms <= rms_bound && found.max <= worst_bound) {
+            failures.push(format!(
+                "mip 0 is off by {:.1e} rms and {:.1e} at most, more than {rms_bound:.1e} and {worst_bound:.1e}",
+                found.rms, found.max
+            ));
+        }
+        mip_0 = Some(report(found, rms_bound));
+        obeyed.push(Law::new("mip 0 holds the means of the source over its texels", &failures[before..]));
     }
     let before = failures.len();
     let brightest = f64::from(source.picture.texels().iter().flatten().copied().fold(0.0, f32::max));
@@ -244,27 +277,28 @@ pub fn check_with_source<'a>(
         }
     }
     obeyed.push(Law::new("every mip is the convolution of the source, within its bound", &failures[before..]));
-    let report = |e: environment::MipError| MipReport {
-        mip: e.mip as usize,
-        alpha: job.alpha(e.mip),
-        texels: e.texels as usize,
-        rms: e.rms,
-        worst: e.max,
-        bias: Some(e.bias),
-        bound: rms_bound,
-    };
-    let mips = found.into_iter().map(report).collect();
+    let mips = found.into_iter().map(|e| report(e, rms_bound)).collect();
     let own = environment::check(job, &source, texture, environment::Extent::SPOT, on)?;
     let certified_rms = own.iter().map(|e| e.rms).reduce(worse);
     let certified_worst = own.iter().map(|e| e.max).reduce(worse);
-    Ok(CubeReport { mips, skipped: vec![], levels, mean, certified_rms, certified_worst, laws: obeyed, failures })
+    Ok(CubeReport {
+        mips,
+        skipped: vec![],
+        levels,
+        mean,
+        mip_0,
+        certified_rms,
+        certified_worst,
+        laws: obeyed,
+        failures,
+    })
 }
 
 /// What every filtered environment obeys.
 fn laws(
     job: &SpecularJob,
     texture: &Texture,
-    encoding: Encoding,
+    steps: &Steps,
     failures: &mut Vec<String>,
 ) -> (Vec<LevelReport>, Vec<Law>) {
     for (mip, level) in texture.levels.iter().enumerate() {
@@ -276,7 +310,7 @@ fn laws(
     if !failures.is_empty() {
         return (vec![], obeyed);
     }
-    let rounding = encoding.half_ulp_at(1.0, 1.0);
+    let rounding = steps.relative();
     let levels: Vec<LevelReport> = (0..texture.levels.len())
         .map(|mip| {
             let mean = mean(texture, job.projection, mip);

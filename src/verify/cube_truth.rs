@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::environment::Scale;
+use super::environment::{GoOn, Scale};
 use crate::env::{CubeMap, orientation};
 use crate::term::cube::direction;
 use crate::term::zonal::Peak;
@@ -44,12 +44,31 @@ impl<'a> CubeTruth<'a> {
     /// ∫ kernel(h) L dω around `n`, a unit vector, with h = (1 − n·ω)/2; directions with n·ω ≤ 0 count nothing.
     /// `kernel` replaces every h by the kernel's value.
     pub fn integral(&self, n: [f64; 3], scale: Scale, kernel: impl Fn(&mut [f64])) -> [f64; 3] {
+        self.integral_while(n, scale, kernel, &|| true)
+    }
+
+    /// Rows of texels of all faces.
+    pub(super) fn rows(&self) -> usize {
+        6 * self.source.size as usize
+    }
+
+    /// The same as long as it is wanted.
+    pub(super) fn integral_while(
+        &self,
+        n: [f64; 3],
+        scale: Scale,
+        kernel: impl Fn(&mut [f64]),
+        go_on: GoOn<'_>,
+    ) -> [f64; 3] {
         let size = self.source.size as usize;
         let side_rad = 2.0 / size as f64;
         let mut sum = [0.0; 3];
         let mut far: Vec<(usize, f64)> = Vec::with_capacity(size);
         let mut h = Vec::with_capacity(size);
         for row in 0..6 * size {
+            if !go_on() {
+                break;
+            }
             far.clear();
             h.clear();
             for index in row * size..(row + 1) * size {
@@ -109,15 +128,5 @@ impl<'a> CubeTruth<'a> {
         kernel(&mut h);
         let cell = side / f64::from(2 * parts);
         cell * cell * h.iter().zip(&shares).map(|(k, share)| if *share > 0.0 { k * share } else { 0.0 }).sum::<f64>()
-    }
-
-    /// [`CubeTruth::integral`] for many directions.
-    pub fn integrals(
-        &self,
-        directions: &[[f64; 3]],
-        scale: Scale,
-        kernel: impl Fn(&mut [f64]) + Sync,
-    ) -> Vec<[f64; 3]> {
-        directions.par_iter().map(|n| self.integral(*n, scale, &kernel)).collect()
     }
 }

@@ -10,10 +10,11 @@ use std::f64::consts::{PI, TAU};
 use rayon::prelude::*;
 
 use super::cube_truth::CubeTruth;
+use crate::bake::quality::Quality;
 use crate::bake::specular::SpecularJob;
 use crate::env::{Environment, Equirect, Frame, Picture};
 use crate::error::Result;
-use crate::progress::{OnProgress, tick};
+use crate::progress::{OnProgress, watched};
 use crate::term::zonal::{Peak, Zonal};
 use crate::texture::Texture;
 
@@ -28,6 +29,11 @@ pub struct Extent {
 
 impl Extent {
     /// A look after every bake.
+    pub fn after_baking(quality: &Quality) -> Extent {
+        Extent { random: quality.spot_texels, bright: 1 }
+    }
+
+    /// A look at a file.
     pub const SPOT: Extent = Extent { random: 3, bright: 1 };
     /// For tests and `verify`.
     pub const THOROUGH: Extent = Extent { random: 100, bright: 24 };
@@ -61,14 +67,19 @@ pub fn check<'a>(
     let truth = AnyTruth::new(&picture);
     // A channel that is black in the source compares with this instead of 0.
     let floor = 1e-9 * picture.mean().iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    // All mips at once: each has but a few texels for all threads.
+    let chosen: Vec<_> = job.filtered().map(|mip| (mip, chosen(job, mip, brightest, extent))).collect();
+    let all: Vec<_> = chosen.iter().flat_map(|(mip, texels)| texels.iter().map(move |t| (*mip, *t))).collect();
+    let exact = watched(on, "checking against the truth", all.len() * truth.rows(), |watch| {
+        truth.texels(job, &frame, &all, &|| !watch.cancelled())
+    })?;
+    let mut exact = exact.as_slice();
     let mut found = vec![];
-    for mip in job.filtered() {
-        tick(on, "checking against the truth", f64::from(mip) / f64::from(job.mips))?;
-        let texels = chosen(job, mip, brightest, extent);
-        let exact = truth.texels(job, &frame, mip, &texels);
+    for (mip, texels) in chosen {
+        let of_mip = exact.split_off(..texels.len()).expect("one a texel");
         let (mut squares, mut max) = (0.0, 0.0f64);
         let (mut gained, mut whole) = (0.0, 0.0);
-        for ([face, x, y], exact) in texels.iter().zip(&exact) {
+        for ([face, x, y], exact) in texels.iter().zip(of_mip) {
             for (k, exact) in exact.iter().enumerate() {
                 let got = f64::from(cube.texel(mip as usize, *face, *x, *y)[k]);
                 let error = (got - exact).abs() / exact.max(floor);
@@ -82,17 +93,17 @@ pub fn check<'a>(
         let rms = (squares / (3 * texels.len()) as f64).sqrt();
         found.push(MipError { mip, rms, max, bias: gained / whole.max(floor), texels: texels.len() as u32 });
     }
-    tick(on, "checking against the truth", 1.0)?;
     Ok(found)
 }
 
 /// What texels (face, column, row) of a filtered mip should hold.
 pub fn expected(job: &SpecularJob, source: &Environment<'_>, mip: u32, texels: &[[u32; 3]]) -> Vec<[f64; 3]> {
-    AnyTruth::new(&source.picture).texels(job, &source.frame, mip, texels)
+    let texels: Vec<_> = texels.iter().map(|texel| (mip, *texel)).collect();
+    AnyTruth::new(&source.picture).texels(job, &source.frame, &texels, &|| true)
 }
 
 /// The direction of the brightest texel.
-fn brightest(picture: &Picture<'_>) -> [f64; 3] {
+pub(super) fn brightest(picture: &Picture<'_>) -> [f64; 3] {
     let texels = picture.texels();
     let sum = |t: &[f32; 3]| t[0] + t[1] + t[2];
     let by_sum = |a: &usize, b: &usize| sum(&texels[*a]).total_cmp(&sum(&texels[*b])).then(b.cmp(a));
@@ -113,26 +124,37 @@ impl<'a> AnyTruth<'a> {
         }
     }
 
-    /// Radiance at the axes of texels (face, column, row) of a mip.
-    fn texels(&self, job: &SpecularJob, frame: &Frame, mip: u32, texels: &[[u32; 3]]) -> Vec<[f64; 3]> {
-        let alpha = job.alpha(mip);
-        let norm = (job.kernel.norm)(alpha);
-        let axis = |[face, x, y]: &[u32; 3]| frame.to_picture(job.axis(mip, *face, *x, *y));
-        let axes: Vec<_> = texels.iter().map(axis).collect();
-        let found = self.integrals(&axes, Scale::of(job.kernel, alpha), |h| (job.kernel.values)(h, alpha));
-        found.into_iter().map(|radiance| radiance.map(|v| v / norm)).collect()
+    /// Rows that [`GoOn`] is asked before, for one direction.
+    fn rows(&self) -> usize {
+        match self {
+            AnyTruth::Equirect(truth) => truth.source.height as usize,
+            AnyTruth::Cube(truth) => truth.rows(),
+        }
     }
 
-    fn integrals(&self, directions: &[[f64; 3]], scale: Scale, kernel: impl Fn(&mut [f64]) + Sync) -> Vec<[f64; 3]> {
-        match self {
-            AnyTruth::Equirect(truth) => truth.integrals(directions, scale, kernel),
-            AnyTruth::Cube(truth) => truth.integrals(directions, scale, kernel),
-        }
+    /// Radiance at the axes of texels: mip, and face, column and row.
+    fn texels(&self, job: &SpecularJob, frame: &Frame, texels: &[(u32, [u32; 3])], go_on: GoOn<'_>) -> Vec<[f64; 3]> {
+        let texel = |(mip, [face, x, y]): &(u32, [u32; 3])| {
+            let alpha = job.alpha(*mip);
+            let norm = (job.kernel.norm)(alpha);
+            let (axis, scale) = (frame.to_picture(job.axis(*mip, *face, *x, *y)), Scale::of(job.kernel, alpha));
+            let kernel = |h: &mut [f64]| (job.kernel.values)(h, alpha);
+            let found = match self {
+                AnyTruth::Equirect(truth) => truth.integral_while(axis, scale, kernel, go_on),
+                AnyTruth::Cube(truth) => truth.integral_while(axis, scale, kernel, go_on),
+            };
+            found.map(|v| v / norm)
+        };
+        // One after the other to whoever is free: they cost unlike amounts.
+        texels.par_iter().with_max_len(1).map(texel).collect()
     }
 }
 
+/// Asked before every row of a source: when it says no, the result is not wanted any more.
+pub(super) type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
+
 /// Face, column and row of the texels to compare: all where there are few.
-fn chosen(job: &SpecularJob, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32; 3]> {
+pub(super) fn chosen(job: &SpecularJob, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32; 3]> {
     let (width, height) = job.level_size(mip);
     let count = job.projection.faces() * width * height;
     let texel = |i: u32| [i / (width * height), i % width, i / width % height];
@@ -210,6 +232,10 @@ impl<'a> Truth<'a> {
     /// ∫ kernel(h) L dω around `n`, a unit vector, with h = (1 − n·ω)/2; directions with n·ω ≤ 0 count nothing.
     /// `kernel` replaces every h by the kernel's value.
     pub fn integral(&self, n: [f64; 3], scale: Scale, kernel: impl Fn(&mut [f64])) -> [f64; 3] {
+        self.integral_while(n, scale, kernel, &|| true)
+    }
+
+    fn integral_while(&self, n: [f64; 3], scale: Scale, kernel: impl Fn(&mut [f64]), go_on: GoOn<'_>) -> [f64; 3] {
         let (width, side) = (i64::from(self.source.width), self.d_theta.max(self.d_phi));
         // n·ω on each row is A + B cos(φ − φ_n): what is nearer than a distance lies between two columns.
         let along = |table: &[[f64; 2]]| table.iter().map(|[c, s]| n[0] * c + n[2] * s).collect::<Vec<f64>>();
@@ -232,7 +258,11 @@ impl<'a> Truth<'a> {
 
         let mut total = [0.0; 3];
         let mut h = Vec::with_capacity(self.source.width as usize);
+        let mut parts = Parts::default();
         for y in 0..self.source.height {
+            if !go_on() {
+                break;
+            }
             let theta = (f64::from(y) + 0.5) * self.d_theta;
             let (sin, cos) = theta.sin_cos();
             let (a, b) = (n[1] * cos, sin * n[0].hypot(n[2]));
@@ -292,7 +322,7 @@ impl<'a> Truth<'a> {
                 pieces(from, to, &mut |x0, x1| {
                     for x in x0..x1 {
                         let distance = (2.0 - 2.0 * (n[1] * cos + sin * centres[x])).max(0.0).sqrt();
-                        let mean = self.by_parts(n, y, x, distance, scale, &kernel);
+                        let mean = self.by_parts(n, (y, x), distance, scale, &kernel, &mut parts);
                         (0..3).for_each(|c| sum[c] += mean * f64::from(row[x][c]));
                     }
                 });
@@ -306,55 +336,81 @@ impl<'a> Truth<'a> {
     fn by_parts(
         &self,
         n: [f64; 3],
-        y: u32,
-        x: usize,
+        (y, x): (u32, usize),
         distance: f64,
         scale: Scale,
         kernel: &impl Fn(&mut [f64]),
+        parts: &mut Parts,
     ) -> f64 {
         let side = self.d_theta.max(self.d_phi);
         let size = match scale.peak {
             Peak::Axis => ((distance - side) / NEAR).max(0.25 * scale.width_rad),
             Peak::Horizon => ((distance - side) / NEAR).max(0.01 * side).min(0.25 * scale.width_rad),
         };
-        let theta = (f64::from(y) + 0.5) * self.d_theta;
         // A kernel that rises steeply from the horizon shows where it cuts a bright texel.
         let is_cut = (1.0 - 0.5 * distance * distance).abs() < 1.1 * side;
-        let least = if is_cut && scale.peak == Peak::Horizon { 24 } else { 4 };
-        let parts = |side: f64| ((side / size).ceil() as usize).clamp(least, 256);
-        let (rows, columns) = (parts(self.d_theta), parts(self.d_phi * (theta.sin() + 0.5 * self.d_theta).min(1.0)));
-        let offset = |i: usize, parts: usize| {
-            ((i / 2) as f64 + 0.5 + if i.is_multiple_of(2) { -GAUSS } else { GAUSS }) / parts as f64
+        let least = match scale.peak {
+            Peak::Axis => 4,
+            Peak::Horizon if is_cut => 10,
+            Peak::Horizon => 1,
         };
+        let count = |side: f64| ((side / size).ceil() as usize).clamp(least, 256);
+        let sin_theta = ((f64::from(y) + 0.5) * self.d_theta).sin();
+        let (rows, columns) = (count(self.d_theta), count(self.d_phi * (sin_theta + 0.5 * self.d_theta).min(1.0)));
+        parts.prepare([columns, rows], [self.d_phi, self.d_theta], y);
+        let Parts { across, down, along, h, lit, .. } = parts;
         // From the texel's middle, by the angle-sum formula.
         let [cos_x, sin_x] = self.centres[x];
         let (here, turned) = (n[0] * cos_x + n[2] * sin_x, n[2] * cos_x - n[0] * sin_x);
-        let along: Vec<f64> = (0..2 * columns)
-            .map(|i| {
-                let (sin, cos) = ((offset(i, columns) - 0.5) * self.d_phi).sin_cos();
-                here * cos + turned * sin
-            })
-            .collect();
-        let mut sum = 0.0;
-        let mut h = Vec::with_capacity(along.len());
-        for i in 0..2 * rows {
-            let (sin, cos) = ((f64::from(y) + offset(i, rows)) * self.d_theta).sin_cos();
-            h.clear();
-            h.extend(along.iter().map(|a| 0.5 - 0.5 * (n[1] * cos + sin * a)));
-            let lit: Vec<bool> = h.iter().map(|h| *h < 0.5).collect();
-            kernel(&mut h);
-            sum += sin * h.iter().zip(lit).map(|(k, lit)| if lit { *k } else { 0.0 }).sum::<f64>();
+        along.clear();
+        along.extend(across.iter().map(|(sin, cos)| here * cos + turned * sin));
+        h.clear();
+        for (sin, cos) in &*down {
+            let (shift, slope) = (0.5 - 0.5 * n[1] * cos, -0.5 * sin);
+            h.extend(along.iter().map(|a| shift + slope * a));
         }
+        lit.clear();
+        lit.extend(h.iter().map(|h| *h < 0.5));
+        kernel(h);
+        let of_rows = h.chunks_exact(along.len()).zip(lit.chunks_exact(along.len())).zip(down);
+        let sum: f64 = of_rows
+            .map(|((k, lit), (sin, _))| {
+                *sin * k.iter().zip(lit).map(|(k, lit)| if *lit { *k } else { 0.0 }).sum::<f64>()
+            })
+            .sum();
         sum / (4 * rows * columns) as f64
     }
+}
 
-    /// [`Truth::integral`] for many directions.
-    pub fn integrals(
-        &self,
-        directions: &[[f64; 3]],
-        scale: Scale,
-        kernel: impl Fn(&mut [f64]) + Sync,
-    ) -> Vec<[f64; 3]> {
-        directions.par_iter().map(|n| self.integral(*n, scale, &kernel)).collect()
+/// What texels that are cut alike have in common, and memory that is used again.
+#[derive(Default)]
+struct Parts {
+    /// Columns, rows and the row of the picture that the tables are for.
+    key: Option<([usize; 2], u32)>,
+    /// Sine and cosine of the Gauss points' φ, from the texel's middle.
+    across: Vec<(f64, f64)>,
+    /// Of their θ.
+    down: Vec<(f64, f64)>,
+    along: Vec<f64>,
+    h: Vec<f64>,
+    lit: Vec<bool>,
+}
+
+impl Parts {
+    /// Fills the tables for texels of row `y`, cut into so many columns and rows; sides of a texel in φ and θ.
+    fn prepare(&mut self, [columns, rows]: [usize; 2], [d_phi, d_theta]: [f64; 2], y: u32) {
+        if self.key == Some(([columns, rows], y)) {
+            return;
+        }
+        let offsets = |parts: usize| {
+            (0..2 * parts).map(move |i| ((i / 2) as f64 + 0.5 + if i % 2 == 0 { -GAUSS } else { GAUSS }) / parts as f64)
+        };
+        if self.key.is_none_or(|([before, _], _)| before != columns) {
+            self.across.clear();
+            self.across.extend(offsets(columns).map(|offset| ((offset - 0.5) * d_phi).sin_cos()));
+        }
+        self.down.clear();
+        self.down.extend(offsets(rows).map(|offset| ((f64::from(y) + offset) * d_theta).sin_cos()));
+        self.key = Some(([columns, rows], y));
     }
 }

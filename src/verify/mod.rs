@@ -1,5 +1,6 @@
 //! Checks: the independent truth, the laws, and what they say of a file.
 
+mod averages;
 pub mod certificate;
 pub mod cube;
 pub mod cube_truth;

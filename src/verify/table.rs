@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::law::Law;
 use crate::bake::{At, TableJob};
 use crate::error::Result;
-use crate::format::{Encoding, Repr};
+use crate::format::{Encoding, Repr, Steps};
 use crate::progress::{OnProgress, tick};
 use crate::texture::Texture;
 
@@ -92,27 +92,20 @@ struct Compared {
     at: At,
     found: Vec<f64>,
     expected: Vec<f64>,
-    reference_error: f64,
+    /// How far each expected value may be off.
+    reference_error: Vec<f64>,
 }
 
-impl Compared {
-    /// The largest expected value, at least 1.
-    fn largest_expected(&self) -> f64 {
-        self.expected.iter().copied().fold(1.0, f64::max)
-    }
-}
-
-/// Checks the texels of `texture`, which `job` describes; `stored` is the encoding that they went through, if any.
+/// Checks the texels of `texture`, which `job` describes; `stored` is what they went through, if anything.
 pub fn check(
     job: &TableJob,
     texture: &Texture,
-    stored: Option<Encoding>,
+    stored: Option<Steps>,
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<TableReport> {
     let (width, height) = job.size();
-    let tolerance = job.tolerance();
-    let compare = |texels: &[[u32; 2]], reference: &(dyn Fn(At) -> (Vec<f64>, f64) + Sync)| -> Vec<Compared> {
+    let compare = |texels: &[[u32; 2]], reference: &(dyn Fn(At) -> (Vec<f64>, Vec<f64>) + Sync)| -> Vec<Compared> {
         texels
             .par_iter()
             .map(|&texel| {
@@ -128,7 +121,7 @@ pub fn check(
 
     let twin_texels = if extent == Extent::Spot { sampled(24) } else { all() };
     tick(on, "verify: twin", 0.0)?;
-    let twin = compare(&twin_texels, &|at| (job.rule(at), 0.0));
+    let twin = compare(&twin_texels, &|at| (job.rule(at), vec![0.0; job.channels.len()]));
     let truth_texels = if extent == Extent::Full { all() } else { sampled(4) };
     let mut truth = Vec::with_capacity(truth_texels.len());
     for chunk in truth_texels.chunks(512) {
@@ -152,7 +145,8 @@ pub fn check(
             for (channel, (found, expected)) in compared.found.iter().zip(&compared.expected).enumerate() {
                 let rounding = stored.map_or(0.0, |e| e.half_ulp_at(*expected, largest));
                 let scale = expected.abs().max(1.0);
-                let allowed = tolerance.at(compared.at) * scale + rounding + compared.reference_error;
+                let allowed =
+                    job.tolerance(channel).at(compared.at) * scale + rounding + compared.reference_error[channel];
                 bound = bound.min(allowed);
                 let error = (found - expected).abs();
                 // NaN is not within any bound.
@@ -192,11 +186,10 @@ pub fn check(
 
     let twin_errors = || twin.iter().flat_map(|c| c.found.iter().zip(&c.expected).map(|(f, e)| (f - e).abs()));
     let twin_median = median(twin_errors().collect());
-    if stored.is_none() && twin.len() >= 64 && twin_median > tolerance.median {
-        failures.push(format!(
-            "the median difference from the twin is {twin_median:.1e}, more than {:.1e}",
-            tolerance.median
-        ));
+    let median_bound = job.loosest().median;
+    if stored.is_none() && twin.len() >= 64 && twin_median > median_bound {
+        failures
+            .push(format!("the median difference from the twin is {twin_median:.1e}, more than {median_bound:.1e}"));
     }
     let spot: HashSet<[u32; 2]> = sampled(4).into_iter().collect();
     let spot: Vec<&Compared> = truth.iter().filter(|c| spot.contains(&c.texel)).collect();
@@ -208,7 +201,10 @@ pub fn check(
         laws: obeyed,
         channels: (0..texture.channels.len()).map(|i| channel_error(&texture.channels[i], i, &truth, stored)).collect(),
         truth_texels: truth.len(),
-        truth_error: truth.iter().map(|c| c.reference_error / c.largest_expected()).fold(0.0, f64::max),
+        truth_error: truth
+            .iter()
+            .flat_map(|c| c.reference_error.iter().zip(&c.expected).map(|(error, v)| error / v.abs().max(1.0)))
+            .fold(0.0, f64::max),
         twin_texels: twin.len(),
         twin_worst: twin_errors().fold(0.0, f64::max),
         twin_median,
@@ -217,10 +213,9 @@ pub fn check(
     })
 }
 
-/// The truth of the chosen channels at a place, and how far it may be off.
-pub fn expected(job: &TableJob, at: At) -> (Vec<f64>, f64) {
-    let truth = job.table.truth(&job.model, at, TRUTH_SHARE * job.tolerance().worst);
-    (job.channels.iter().map(|c| truth.value[*c]).collect(), truth.error)
+/// The truth of the chosen channels at a place, and how far each may be off.
+pub fn expected(job: &TableJob, at: At) -> (Vec<f64>, Vec<f64>) {
+    job.truth(at, TRUTH_SHARE).into_iter().map(|truth| (truth.value[0], truth.error)).unzip()
 }
 
 /// The greater one; NaN is the greatest.
@@ -229,7 +224,7 @@ fn worse(a: f64, b: f64) -> f64 {
 }
 
 /// The error of a channel that rounding to the stored encoding does not explain.
-fn beyond_rounding(c: &Compared, channel: usize, stored: Option<Encoding>) -> f64 {
+fn beyond_rounding(c: &Compared, channel: usize, stored: Option<Steps>) -> f64 {
     let (found, expected) = (c.found[channel], c.expected[channel]);
     let largest = c.found.iter().copied().fold(0.0, f64::max);
     let rounding = stored.map_or(0.0, |e| e.half_ulp_at(expected, largest));
@@ -237,15 +232,15 @@ fn beyond_rounding(c: &Compared, channel: usize, stored: Option<Encoding>) -> f6
     if beyond < 0.0 { 0.0 } else { beyond }
 }
 
-fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<Encoding>) -> ChannelError {
+fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<Steps>) -> ChannelError {
     let scale = |c: &Compared| c.expected[channel].abs().max(1.0);
     let errors: Vec<f64> = truth.iter().map(|c| (c.found[channel] - c.expected[channel]).abs() / scale(c)).collect();
     let worst = (0..errors.len()).max_by(|a, b| errors[*a].total_cmp(&errors[*b])).unwrap_or(0);
     // The nearest stored value is the one within half a step of the truth.
     let rounded = |(c, error): &(&Compared, &f64)| {
         let largest = c.found.iter().copied().fold(0.0, f64::max);
-        let encoding = stored.unwrap_or(SINGLE);
-        **error * scale(c) <= encoding.half_ulp_at(c.expected[channel], largest)
+        let steps = stored.unwrap_or(SINGLE.into());
+        **error * scale(c) <= steps.half_ulp_at(c.expected[channel], largest)
     };
     ChannelError {
         name: name.into(),
@@ -258,9 +253,9 @@ fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<
 }
 
 /// Laws over every texel, each with what is wrong: finite, within the channel's range, and scale + bias = albedo ≤ 1.
-fn laws(job: &TableJob, texture: &Texture, stored: Option<Encoding>) -> Vec<(String, Option<String>)> {
+fn laws(job: &TableJob, texture: &Texture, stored: Option<Steps>) -> Vec<(String, Option<String>)> {
     let channels: Vec<_> = job.channel_facts().collect();
-    let slack = |v: f64| job.tolerance().near_zero * v.max(1.0) + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
+    let slack = |v: f64| job.loosest().near_zero * v.abs().max(1.0) + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
     let find = |name: &str| channels.iter().position(|c| c.name == name);
     let (width, height) = job.size();
     let largest = f64::from(job.model.largest());
@@ -268,7 +263,7 @@ fn laws(job: &TableJob, texture: &Texture, stored: Option<Encoding>) -> Vec<(Str
     type Check<'a> = Box<dyn Fn(&[f32]) -> Option<String> + 'a>;
     let mut checks: Vec<(String, Check<'_>)> = vec![];
     for (i, channel) in channels.iter().enumerate() {
-        let [low, high] = job.range(channel).map(f64::from);
+        let [low, high] = job.range(i).map(f64::from);
         let check = move |texel: &[f32]| {
             let value = f64::from(texel[i]);
             let inside = value >= low - slack(low) && value <= high + slack(high);

@@ -1,10 +1,73 @@
 //! Checks a KTX2 file against the rules of the KTX 2.0 specification, byte by byte, without any KTX library.
 //!
-//! It knows the files that this tool writes: the six float formats, plain 2-D textures and cubes, no supercompression.
+//! It knows the files that this tool writes: its formats, plain 2-D textures and cubes, no supercompression or Zstandard.
 //! Anything else is refused as well. Each message starts with the name of the rule, which the mutants are matched by.
 
-/// VkFormat → components, bytes a component.
-const FORMATS: [(u32, u32, u32); 6] = [(76, 1, 2), (83, 2, 2), (97, 4, 2), (100, 1, 4), (103, 2, 4), (109, 4, 4)];
+/// What a VkFormat asks for.
+struct Facts {
+    type_size: u32,
+    /// Texels along the side of a block, and its bytes.
+    block: (u32, u32),
+    color_model: u8,
+    /// Bit offset, bit length, channel with qualifiers, lower, upper.
+    samples: Vec<[u32; 5]>,
+}
+
+/// After the tables of the Khronos Data Format Specification 1.3.
+fn facts(vk: u32) -> Option<Facts> {
+    let (minus_one, one) = (0xbf80_0000, 0x3f80_0000);
+    // R, G, B, A; floats are marked 0xc0.
+    let plain = |bytes: u32, n: u32, float: bool| Facts {
+        type_size: bytes,
+        block: (1, bytes * n),
+        color_model: 1,
+        samples: (0..n)
+            .map(|i| {
+                let id = [0, 1, 2, 15][i as usize];
+                let [kind, lower, upper] =
+                    if float { [id + 0xc0, minus_one, one] } else { [id, 0, (1 << (8 * bytes)) - 1] };
+                [8 * bytes * i, 8 * bytes, kind, lower, upper]
+            })
+            .collect(),
+    };
+    let packed =
+        |samples: &[[u32; 5]]| Facts { type_size: 4, block: (1, 4), color_model: 1, samples: samples.to_vec() };
+    let blocks = |bytes: u32, color_model: u8, samples: &[[u32; 5]]| Facts {
+        type_size: 1,
+        block: (4, bytes),
+        color_model,
+        samples: samples.to_vec(),
+    };
+    Some(match vk {
+        9 => plain(1, 1, false),
+        16 => plain(1, 2, false),
+        37 => plain(1, 4, false),
+        70 => plain(2, 1, false),
+        77 => plain(2, 2, false),
+        91 => plain(2, 4, false),
+        76 => plain(2, 1, true),
+        83 => plain(2, 2, true),
+        97 => plain(2, 4, true),
+        100 => plain(4, 1, true),
+        103 => plain(4, 2, true),
+        109 => plain(4, 4, true),
+        64 => packed(&[[0, 10, 0, 0, 1023], [10, 10, 1, 0, 1023], [20, 10, 2, 0, 1023], [30, 2, 15, 0, 3]]),
+        122 => packed(&[[0, 11, 0x80, 0, one], [11, 11, 0x81, 0, one], [22, 10, 0x82, 0, one]]),
+        // Mantissas, each beside the exponent that they share.
+        123 => packed(&[
+            [0, 9, 0, 0, 8448],
+            [27, 5, 0x20, 15, 31],
+            [9, 9, 1, 0, 8448],
+            [27, 5, 0x21, 15, 31],
+            [18, 9, 2, 0, 8448],
+            [27, 5, 0x22, 15, 31],
+        ]),
+        139 => blocks(8, 131, &[[0, 64, 0, 0, u32::MAX]]),
+        141 => blocks(16, 132, &[[0, 64, 0, 0, u32::MAX], [64, 64, 1, 0, u32::MAX]]),
+        143 => blocks(16, 133, &[[0, 128, 0x80, 0, one]]),
+        _ => return None,
+    })
+}
 
 pub const IDENTIFIER: [u8; 12] = [0xab, 0x4b, 0x54, 0x58, 0x20, 0x32, 0x30, 0xbb, 0x0d, 0x0a, 0x1a, 0x0a];
 
@@ -33,10 +96,8 @@ pub fn check(file: &[u8]) -> Result<(), String> {
     let field = |i: usize| u32_at(file, 12 + 4 * i);
     let (vk, type_size, width, height) = (field(0)?, field(1)?, field(2)?, field(3)?);
     let (depth, layers, faces, level_count, scheme) = (field(4)?, field(5)?, field(6)?, field(7)?, field(8)?);
-    let Some(&(_, components, component_bytes)) = FORMATS.iter().find(|f| f.0 == vk) else {
-        return Err(format!("vkFormat: {vk}"));
-    };
-    rule(type_size == component_bytes, "typeSize", type_size)?;
+    let facts = facts(vk).ok_or(format!("vkFormat: {vk}"))?;
+    rule(type_size == facts.type_size, "typeSize", type_size)?;
     rule(width > 0 && height > 0, "size", format!("{width} × {height}"))?;
     rule(depth == 0, "pixelDepth", depth)?;
     rule(layers == 0, "layerCount", layers)?;
@@ -44,7 +105,7 @@ pub fn check(file: &[u8]) -> Result<(), String> {
     rule(faces == 1 || width == height, "cube square", format!("{width} × {height}"))?;
     let most = 32 - width.max(height).leading_zeros();
     rule((1..=most).contains(&level_count), "levelCount", level_count)?;
-    rule(scheme == 0, "supercompressionScheme", scheme)?;
+    rule(scheme == 0 || scheme == 2, "supercompressionScheme", scheme)?;
 
     // Index: sections follow each other without gaps.
     let (dfd, dfd_length) = (field(9)? as usize, field(10)? as usize);
@@ -56,21 +117,25 @@ pub fn check(file: &[u8]) -> Result<(), String> {
     rule(u64_at(file, 64)? == 0, "sgdByteOffset", "must be 0")?;
     rule(u64_at(file, 72)? == 0, "sgdByteLength", "must be 0")?;
 
-    check_dfd(file, dfd, components, component_bytes)?;
+    check_dfd(file, dfd, &facts, scheme)?;
     let kvd_end =
         kvd.checked_add(kvd_length).filter(|end| *end <= file.len()).ok_or("kvdByteLength: beyond the end")?;
     check_kvd(&file[kvd..kvd_end], faces)?;
 
     // Levels: smallest first, each aligned, nothing but zeros between, nothing behind the largest.
-    let texel = components * component_bytes;
-    let alignment = (1..).map(|k| k * texel as usize).find(|n| n.is_multiple_of(4)).unwrap();
+    let (side, bytes) = facts.block;
+    let alignment = match scheme {
+        0 => (1..).map(|k| k * bytes as usize).find(|n| n.is_multiple_of(4)).unwrap(),
+        _ => 1,
+    };
     let mut end = kvd_end;
     for p in (0..level_count).rev() {
         let entry = 80 + 24 * p as usize;
         let (offset, length) = (u64_at(file, entry)?, u64_at(file, entry + 8)?);
-        let pixels = u64::from((width >> p).max(1)) * u64::from((height >> p).max(1));
-        rule(length == pixels * u64::from(faces * texel), "byteLength", format!("level {p}: {length}"))?;
-        rule(u64_at(file, entry + 16)? == length, "uncompressedByteLength", format!("level {p}"))?;
+        let blocks = |size: u32| u64::from((size >> p).max(1).div_ceil(side));
+        let plain = blocks(width) * blocks(height) * u64::from(faces * bytes);
+        rule(scheme != 0 || length == plain, "byteLength", format!("level {p}: {length}"))?;
+        rule(u64_at(file, entry + 16)? == plain, "uncompressedByteLength", format!("level {p}"))?;
         rule(offset % alignment as u64 == 0, "level alignment", format!("level {p} at {offset}"))?;
         let start = end.next_multiple_of(alignment);
         rule(offset == start as u64, "level order", format!("level {p} at {offset}, not {start}"))?;
@@ -80,31 +145,33 @@ pub fn check(file: &[u8]) -> Result<(), String> {
     rule(end == file.len(), "end of file", format!("{} bytes, levels end at {end}", file.len()))
 }
 
-fn check_dfd(file: &[u8], dfd: usize, components: u32, component_bytes: u32) -> Result<(), String> {
+fn check_dfd(file: &[u8], dfd: usize, facts: &Facts, scheme: u32) -> Result<(), String> {
     let word = |i: usize| u32_at(file, dfd + 4 * i);
     let byte = |i: usize| file.get(dfd + i).copied().ok_or("length: descriptor cut short");
-    let block = 24 + 16 * components;
+    let block = 24 + 16 * facts.samples.len() as u32;
+    let (side, bytes) = facts.block;
     rule(word(0)? == 4 + block, "dfdTotalSize", word(0)?)?;
     rule(word(1)? == 0, "dfd vendorId and descriptorType", word(1)?)?;
     rule(word(2)? & 0xffff == 2, "dfd versionNumber", word(2)? & 0xffff)?;
     rule(word(2)? >> 16 == block, "dfd descriptorBlockSize", word(2)? >> 16)?;
-    rule(byte(12)? == 1, "dfd colorModel", "must be RGBSDA")?;
+    rule(byte(12)? == facts.color_model, "dfd colorModel", byte(12)?)?;
     rule(byte(13)? == 1, "dfd colorPrimaries", "must be BT709")?;
     rule(byte(14)? == 1, "dfd transferFunction", "must be linear")?;
     rule(byte(15)? == 0, "dfd flags", "alpha must be straight")?;
-    rule(word(4)? == 0, "dfd texelBlockDimension", "must be 1 × 1 × 1 × 1, stored less one")?;
-    rule(word(5)? == components * component_bytes, "dfd bytesPlane0", word(5)?)?;
+    rule(word(4)? == (side - 1) * 0x101, "dfd texelBlockDimension", "must be the block's, stored less one")?;
+    // Compressed levels have no size of a texel.
+    rule(word(5)? == if scheme == 0 { bytes } else { 0 }, "dfd bytesPlane0", word(5)?)?;
     rule(word(6)? == 0, "dfd bytesPlane4-7", word(6)?)?;
-    for sample in 0..components {
-        let at = 7 + 4 * sample as usize;
-        let (bits, info) = (8 * component_bytes, word(at)?);
-        rule(info & 0xffff == sample * bits, "dfd bitOffset", format!("sample {sample}"))?;
-        rule(info >> 16 & 0xff == bits - 1, "dfd bitLength", format!("sample {sample}"))?;
-        rule(info >> 24 & 0xf == [0, 1, 2, 15][sample as usize], "dfd channelType", format!("sample {sample}"))?;
-        rule(info >> 28 == 0xc, "dfd qualifiers", format!("sample {sample} must be float and signed"))?;
-        rule(word(at + 1)? == 0, "dfd samplePosition", format!("sample {sample}"))?;
-        rule(word(at + 2)? == 0xbf80_0000, "dfd sampleLower", format!("sample {sample} must be -1.0"))?;
-        rule(word(at + 3)? == 0x3f80_0000, "dfd sampleUpper", format!("sample {sample} must be 1.0"))?;
+    for (i, [offset, bits, kind, lower, upper]) in facts.samples.iter().copied().enumerate() {
+        let at = 7 + 4 * i;
+        let info = word(at)?;
+        rule(info & 0xffff == offset, "dfd bitOffset", format!("sample {i}"))?;
+        rule(info >> 16 & 0xff == bits - 1, "dfd bitLength", format!("sample {i}"))?;
+        rule(info >> 24 & 0xf == kind & 0xf, "dfd channelType", format!("sample {i}"))?;
+        rule(info >> 28 == kind >> 4, "dfd qualifiers", format!("sample {i}"))?;
+        rule(word(at + 1)? == 0, "dfd samplePosition", format!("sample {i}"))?;
+        rule(word(at + 2)? == lower, "dfd sampleLower", format!("sample {i}"))?;
+        rule(word(at + 3)? == upper, "dfd sampleUpper", format!("sample {i}"))?;
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Reads files of every format with libraries that are not ours: OpenImageIO, OpenEXR and Pillow (Python), ktx-parse (node).
+# Reads files of every format with what is not ours: OpenImageIO, OpenEXR, Pillow, NumPy, imagecodecs (Python), ktx-parse
+# (node), and the compilers of the languages that tables are written in.
 # The other way round, environments that the Python ones wrote are read here.
 # Installs them under target/readers; Python's venv, node and npm come from apt when they are missing. Fails loudly.
 set -eu
@@ -29,11 +30,11 @@ if ! cmp -s "$readers/requirements.txt" "$work/venv/requirements.txt"; then
     "$work/venv/bin/pip" install -q --disable-pip-version-check -r "$readers/requirements.txt"
     cp "$readers/requirements.txt" "$work/venv/"
 fi
-if ! cmp -s "$readers/package.json" "$work/package.json" || [ ! -d "$work/node_modules/ktx-parse" ]; then
+if ! cmp -s "$readers/package.json" "$work/package.json" || [ ! -d "$work/node_modules/typescript" ]; then
     cp "$readers/package.json" "$work/"
     (cd "$work" && npm install --silent --no-audit --no-fund)
 fi
-cp "$readers/read.mjs" "$work/" # node looks for modules beside the script
+cp "$readers/read.mjs" "$readers/levels.mjs" "$work/" # node looks for modules beside the script
 
 rm -rf "$samples"
 cargo run --quiet --release --example write_samples -- "$samples"
@@ -43,3 +44,6 @@ node "$work/read.mjs" "$samples"
 rm -rf "$work/inputs"
 "$work/venv/bin/python" "$readers/write.py" "$work/inputs"
 cargo run --quiet --release --example read_inputs -- "$work/inputs"
+
+rm -rf "$work/targets"
+"$work/venv/bin/python" "$readers/targets.py" "$PWD/target/release/brdf-baker" "$work/targets" "$work"

@@ -20,5 +20,5 @@ need chromium chromium --version
 cargo build --quiet --release
 rm -rf target/report
 mkdir -p target/report
-cargo run --quiet --release --example make_sky -- target/report/sky.exr
+target/release/brdf-baker sky -o target/report/sky.exr --size 256 --elevation 25 --sun-disc --exposure -5
 node tests/report/check.mjs target/release/brdf-baker target/report

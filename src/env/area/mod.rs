@@ -27,7 +27,7 @@ pub fn cube<'a>(environment: impl Into<Environment<'a>>, size: u32, on: &mut OnP
     tick(on, STAGE, 0.0)?;
     match &picture {
         Picture::Equirect(picture) => match frame.azimuth_rad() {
-            Some(azimuth_rad) => Ok(upright::cube(picture, azimuth_rad, size)),
+            Some(azimuth_rad) => upright::cube(picture, azimuth_rad, size, on),
             None => turned::cube(picture, &frame, size, on),
         },
         Picture::Cube(picture) => faces::cube(picture, &frame, size, on),
@@ -92,22 +92,6 @@ mod tests {
         ]
     }
 
-    /// Radiance in a direction of the picture.
-    fn radiance(picture: &Picture<'_>, d: [f64; 3]) -> [f32; 3] {
-        match picture {
-            Picture::Equirect(p) => {
-                let [u, v] = Equirect::locate(d);
-                let column = ((u * f64::from(p.width)) as usize).min(p.width as usize - 1);
-                p.row(((v * f64::from(p.height)) as u32).min(p.height - 1))[column]
-            }
-            Picture::Cube(p) => {
-                let (face, s, t) = orientation::locate(d);
-                let cell = |v: f64| ((0.5 * (v + 1.0) * f64::from(p.size)) as u32).min(p.size - 1);
-                p.texel(face, cell(s), cell(t))
-            }
-        }
-    }
-
     /// The mean over a texel by a fine grid of points.
     fn sampled(environment: &Environment<'_>, size: u32, face: u32, x: u32, y: u32) -> [f64; 3] {
         const POINTS: u32 = 200;
@@ -118,7 +102,7 @@ mod tests {
                     2.0 * (f64::from(texel) + (f64::from(i) + 0.5) / f64::from(POINTS)) / f64::from(size) - 1.0
                 };
                 let (s, t) = (at(x, i), at(y, j));
-                let value = radiance(&environment.picture, environment.frame.to_picture(direction(face, s, t)));
+                let value = environment.picture.radiance(environment.frame.to_picture(direction(face, s, t)));
                 let weight = (1.0 + s * s + t * t).powf(-1.5);
                 weights += weight;
                 (0..3).for_each(|c| sum[c] += weight * f64::from(value[c]));
@@ -188,7 +172,8 @@ mod tests {
         let source = speckle(40);
         for degrees in [0.0, 90.0, 13.0] {
             let frame = Frame::new(false, [0.0, degrees, 0.0]);
-            let upright = upright::cube(&source, frame.azimuth_rad().expect("upright"), 11);
+            let upright =
+                upright::cube(&source, frame.azimuth_rad().expect("upright"), 11, &mut ignore).expect("nobody cancels");
             let general = turned::cube(&source, &frame, 11, &mut ignore).expect("nobody cancels");
             for (a, b) in upright.iter().zip(&general) {
                 assert!((a - b).abs() <= 1e-6 * (b + 1.0), "turned by {degrees}: {a} and {b}");

@@ -23,19 +23,24 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
-use super::{Rgb, finish};
+use super::{Rgb, STAGE, finish};
 use crate::env::Equirect;
+use crate::error::Result;
+use crate::progress::{OnProgress, Watch, watched};
 
 /// Mean radiance of every texel of a cube. `azimuth_rad` is added to the output's azimuth to get the picture's.
-pub fn cube(source: &Equirect, azimuth_rad: f64, size: u32) -> Vec<f32> {
+pub fn cube(source: &Equirect, azimuth_rad: f64, size: u32, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
     let n = size as usize;
     let mut texels = vec![0f32; 6 * n * n * 3];
     let grid = Grid::new(source, azimuth_rad, n);
-    texels.par_chunks_mut(n * n * 3).enumerate().for_each(|(face, out)| match face {
-        2 | 3 => grid.polar_face(face == 2, out),
-        _ => grid.side_face([0.0, PI, 0.0, 0.0, PI / 2.0, -PI / 2.0][face], out),
-    });
-    texels
+    // A face's lines are its parts.
+    watched(on, STAGE, 4 * n + 4 * (n + 1), |watch| {
+        texels.par_chunks_mut(n * n * 3).enumerate().for_each(|(face, out)| match face {
+            2 | 3 => grid.polar_face(face == 2, out, watch),
+            _ => grid.side_face([0.0, PI, 0.0, 0.0, PI / 2.0, -PI / 2.0][face], out, watch),
+        });
+    })?;
+    Ok(texels)
 }
 
 /// The picture's and the cube's lines.
@@ -72,7 +77,7 @@ impl<'a> Grid<'a> {
     }
 
     /// A face around the horizon whose centre has azimuth `centre`.
-    fn side_face(&self, centre: f64, out: &mut [f32]) {
+    fn side_face(&self, centre: f64, out: &mut [f32], watch: &Watch) {
         let n = self.size;
         // Azimuth from the face's centre runs against s: −atan s. Face columns are taken from the right, so that it grows.
         let edges: Vec<f64> = self.lines.iter().rev().map(|s| -s.atan()).collect();
@@ -131,7 +136,12 @@ impl<'a> Grid<'a> {
             }
             psi = next;
             column += isize::from(picture <= next);
-            face_column += usize::from(edges[face_column + 1] <= next);
+            if edges[face_column + 1] <= next {
+                if watch.cancelled() {
+                    return;
+                }
+                face_column += 1;
+            }
         }
         finish(n, out, |x, y| integrals[y * n + x]);
     }
@@ -180,7 +190,7 @@ impl<'a> Grid<'a> {
     }
 
     /// The face around a pole.
-    fn polar_face(&self, north: bool, out: &mut [f32]) {
+    fn polar_face(&self, north: bool, out: &mut [f32], watch: &Watch) {
         let (n, width) = (self.size, self.width);
         // Rows are counted from the pole. The corner of a face is at θ = acos(1/√3) = 0.304 π.
         let rows = ((self.height as f64 * 0.305).ceil() as usize + 1).min(self.height);
@@ -215,8 +225,15 @@ impl<'a> Grid<'a> {
         // Lines of constant x come first, then those of constant z; each gives its integral over every texel's edge.
         let lines: Vec<Vec<Rgb>> = (0..2 * (n + 1))
             .into_par_iter()
-            .map(|i| if i <= n { field.along(self.lines[i], true) } else { field.along(self.lines[i - n - 1], false) })
+            .map(|i| match i {
+                _ if watch.cancelled() => vec![],
+                _ if i <= n => field.along(self.lines[i], true),
+                _ => field.along(self.lines[i - n - 1], false),
+            })
             .collect();
+        if lines.iter().any(Vec::is_empty) {
+            return;
+        }
         let (constant_x, constant_z) = lines.split_at(n + 1);
         finish(n, out, |x, y| {
             // t follows +z on the upper face and −z on the lower one.

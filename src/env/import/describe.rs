@@ -1,8 +1,12 @@
 //! What a baked file says of its input, so that a check can read the same input in the same way.
 
 use super::{Adjust, Color, Imported, Layout, Options};
+use crate::env::FileAxes;
 use crate::error::{Error, Result};
 use crate::texture::Meta;
+
+/// Key of the axes of the file.
+const FILE_AXES: &str = "file-axes";
 
 impl Options {
     /// Writes how `imported` was read; what was left alone is not mentioned.
@@ -37,6 +41,9 @@ impl Options {
         if self.turns_deg != [0.0; 3] {
             meta.set("input.rotate", self.turns_deg.map(|v| v.to_string()).join(","));
         }
+        if self.file_axes != FileAxes::IDENTITY {
+            meta.set(FILE_AXES, self.file_axes.name());
+        }
     }
 
     /// The reverse of [`Options::describe`].
@@ -67,6 +74,7 @@ impl Options {
             },
             mirror: meta.get("input.mirror").is_some(),
             turns_deg,
+            file_axes: meta.get(FILE_AXES).map(FileAxes::parse).transpose()?.unwrap_or_default(),
         })
     }
 }

@@ -29,7 +29,7 @@ pub use adjust::{Adjust, Adjusted, Negative};
 pub use layout::Layout;
 pub use ldr::Color;
 
-use super::{CubeMap, Environment, Frame, Picture};
+use super::{CubeMap, Environment, FileAxes, Frame, Picture};
 use crate::error::{Error, Result};
 use crate::progress::OnProgress;
 use watched::Watched;
@@ -54,6 +54,8 @@ pub struct Options {
     pub mirror: bool,
     /// Turns about the X, the Y and the Z axis, in this order, in degrees: [`Frame::new`].
     pub turns_deg: [f64; 3],
+    /// The axes of the file that is made from the environment.
+    pub file_axes: FileAxes,
 }
 
 /// An environment from a file, and what had to be done to it.
@@ -164,7 +166,7 @@ pub fn read(input: &Path, options: &Options, on: &mut OnProgress<'_>) -> Result<
         }
     };
     let adjusted = adjust::adjust(input, &mut picture, &options.adjust, &*place)?;
-    let frame = Frame::new(options.mirror, options.turns_deg);
+    let frame = Frame::new(options.mirror, options.turns_deg).for_file(&options.file_axes);
     Ok(Imported { environment: Environment { picture, frame }, layout, adjusted, notes })
 }
 

@@ -33,6 +33,8 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::Picture;
+use crate::error::Result;
+use crate::progress::{OnProgress, tick, watched};
 pub use faces::{MAX_SIZE, face_and_corner};
 
 /// How a tree is built.
@@ -73,6 +75,8 @@ pub struct Node {
     /// First column (low half), columns (high half), in units of a texel / [`FINE`].
     pub columns: [u16; 2],
 }
+
+const STAGE: &str = "building the tree";
 
 /// Subtrees of at most this many texels are grown side by side.
 const PART: u32 = 1 << 15;
@@ -215,7 +219,13 @@ fn inverse(x: f64) -> f64 {
 
 impl Tree {
     /// Builds the tree of a picture. `base` is `None` for the lowest value of each channel.
-    pub fn new(picture: &Picture<'_>, params: &Params, base: Option<[f32; 3]>) -> Self {
+    pub fn new(
+        picture: &Picture<'_>,
+        params: &Params,
+        base: Option<[f32; 3]>,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Self> {
+        tick(on, STAGE, 0.0)?;
         let base = base.unwrap_or_else(|| {
             let least = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|k| a[k].min(b[k]));
             picture
@@ -232,33 +242,33 @@ impl Tree {
         });
         let light = Light { base, inverse_mean: mean.map(inverse) };
         let nodes = match picture {
-            Picture::Equirect(picture) => Self::grown(&equirect::Chart::new(picture), params, light),
-            Picture::Cube(picture) => Self::grown(&faces::Chart::new(picture), params, light),
+            Picture::Equirect(picture) => Self::grown(&equirect::Chart::new(picture), params, light, on),
+            Picture::Cube(picture) => Self::grown(&faces::Chart::new(picture), params, light, on),
         };
-        Self { nodes, base, mean }
+        Ok(Self { nodes: nodes?, base, mean })
     }
 
-    fn grown(chart: &impl Chart, params: &Params, light: Light) -> Vec<Node> {
+    fn grown(chart: &impl Chart, params: &Params, light: Light, on: &mut OnProgress<'_>) -> Result<Vec<Node>> {
         let builder = Builder { chart, params: *params, light };
         let (rows, columns) = chart.size();
         let all = Rect { r0: 0, r1: rows, c0: 0, c1: columns };
         let mut parts = Vec::new();
         builder.split_up(all, &mut parts);
-        let grown: Vec<(Sums, Vec<Node>)> = parts
-            .par_iter()
-            .map(|part| {
+        let grown: Vec<(Sums, Vec<Node>)> = watched(on, STAGE, parts.len(), |watch| {
+            let grow = |part: &Rect| {
                 let mut nodes = Vec::new();
-                (builder.grow(*part, &mut nodes), nodes)
-            })
-            .collect();
+                if watch.cancelled() { (Sums::default(), nodes) } else { (builder.grow(*part, &mut nodes), nodes) }
+            };
+            parts.par_iter().map(grow).collect()
+        })?;
         let count = grown.iter().map(|(_, nodes)| nodes.len()).sum::<usize>() + parts.len();
         let mut nodes = Vec::with_capacity(count);
         if count >= MAX_NODES as usize {
             grown.iter().for_each(|(_, part)| nodes.extend_from_slice(part));
-            return nodes;
+            return Ok(nodes);
         }
         builder.assemble(all, &mut grown.into_iter(), &mut nodes);
-        nodes
+        Ok(nodes)
     }
 
     /// Cuts a range of nodes into ranges of at most `most` that can be walked one after the other. Roots of more are left out:

@@ -1,55 +1,11 @@
 //! Where a table's texels lie: what runs along each side, how it is warped, and where in its texel a value is taken.
 
-use std::f64::consts::FRAC_PI_2;
+use crate::axis::{Coordinate, Warp};
 
-/// What the position t in [0, 1] along a side stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Warp {
-    /// n·v = t.
-    NDotV,
-    /// n·v = t², which spreads grazing angles (Unity's high definition pipeline).
-    SqrtNDotV,
-    /// n·v = 1 − t², as in tables of linearly transformed cosines (Heitz, Dupuy, Hill, Neubelt 2016).
-    SqrtOneMinusNDotV,
-    /// n·v = cos(t π/2).
-    Angle,
-    /// Perceptual roughness t, alpha = t².
-    Roughness,
-    /// The width alpha = t.
-    Alpha,
-}
-
-impl Warp {
-    /// Those of the view direction.
-    pub const VIEW: [Warp; 4] = [Warp::NDotV, Warp::SqrtNDotV, Warp::SqrtOneMinusNDotV, Warp::Angle];
-    /// Those of the roughness.
-    pub const ROUGHNESS: [Warp; 2] = [Warp::Roughness, Warp::Alpha];
-
-    /// As a report names it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Warp::NDotV => "n_dot_v",
-            Warp::SqrtNDotV => "sqrt(n_dot_v)",
-            Warp::SqrtOneMinusNDotV => "sqrt(1 - n_dot_v)",
-            Warp::Angle => "2/pi acos(n_dot_v)",
-            Warp::Roughness => "roughness",
-            Warp::Alpha => "alpha",
-        }
-    }
-
-    /// n·v, or perceptual roughness, at t in [0, 1].
-    pub fn value(self, t: f64) -> f64 {
-        match self {
-            Warp::NDotV | Warp::Roughness => t,
-            Warp::SqrtNDotV => t * t,
-            Warp::SqrtOneMinusNDotV => (1.0 - t) * (1.0 + t),
-            // Exact at the end, where the cosine of a rounded right angle is not.
-            Warp::Angle if t == 1.0 => 0.0,
-            Warp::Angle => (FRAC_PI_2 * t).cos(),
-            Warp::Alpha => t.sqrt(),
-        }
-    }
-}
+/// Warps of the view direction.
+pub const VIEW: [Warp; 4] = [Warp::NDotV, Warp::SqrtNDotV, Warp::SqrtOneMinusNDotV, Warp::Angle];
+/// Warps of the roughness.
+pub const ROUGHNESS: [Warp; 2] = [Warp::Roughness, Warp::Alpha];
 
 /// Which position along a side belongs to texel i of N.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,7 +83,7 @@ pub struct Layout {
 impl Layout {
     /// x is the roughness.
     pub fn is_transposed(&self) -> bool {
-        Warp::ROUGHNESS.contains(&self.x.warp)
+        self.x.warp.coordinate() == Coordinate::Roughness
     }
 
     /// Its positions and shifts.
@@ -185,7 +141,7 @@ mod tests {
 
     #[test]
     fn warps_keep_their_ends() {
-        for warp in Warp::VIEW {
+        for warp in VIEW {
             let mut ends = [warp.value(0.0), warp.value(1.0)];
             ends.sort_by(f64::total_cmp);
             assert_eq!(ends, [0.0, 1.0], "{}", warp.name());

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use content::{Quantity, Transfer};
-pub use layout::{Layout, Points, Side, Warp};
+pub use layout::{Layout, Points, Side};
 pub use measure::{Measured, measure};
 pub use search::Hypothesis;
 

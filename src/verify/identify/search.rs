@@ -6,8 +6,9 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 
 use super::content::{Quantity, Samples, Transfer};
-use super::layout::{Layout, Points, Side, Warp, placements};
+use super::layout::{Layout, Points, ROUGHNESS, Side, VIEW, placements};
 use super::models::{Rough, Sketch, View, WEIGHTS, candidates, rule};
+use crate::axis::Warp;
 use crate::bake::Model;
 use crate::error::Result;
 use crate::format::picture::Picture;
@@ -190,11 +191,11 @@ impl Sides {
             indices[axis].iter().map(|i| side.at(*i, samples.size[axis])).collect()
         };
         let view = |axis: usize| {
-            let sides = every(&Warp::VIEW).into_iter();
+            let sides = every(&VIEW).into_iter();
             sides.map(|s| (s, at(axis, &s).into_iter().map(|v| v.map(View::new)).collect())).collect()
         };
         let rough = |axis: usize| {
-            let sides = every(&Warp::ROUGHNESS).into_iter();
+            let sides = every(&ROUGHNESS).into_iter();
             sides.map(|s| (s, at(axis, &s).into_iter().map(|v| v.map(Rough::new)).collect())).collect()
         };
         Sides { view: [view(0), view(1)], rough: [rough(0), rough(1)], columns: samples.columns }

@@ -1,0 +1,601 @@
+//! How texels are stored: components × representation, and what that costs in precision.
+//!
+//! A file a family: floats, integers, floats that share a word, colours with a range, blocks.
+
+mod block;
+mod float;
+mod packed;
+mod range;
+mod rgbe;
+mod steps;
+mod unorm;
+
+use std::ops::RangeInclusive;
+
+use half::f16;
+
+use self::range::Range;
+pub use self::steps::Steps;
+use crate::error::{Error, Result, nearest};
+use crate::texture::{Shape, Texture};
+
+/// How one component is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repr {
+    /// IEEE 754 half float: 11 significant bits, largest value 65504.
+    F16,
+    /// IEEE 754 single float.
+    F32,
+    /// Unsigned integer over [0, 1], 8 bits.
+    Unorm8,
+    /// Unsigned integer over [0, 1], 16 bits.
+    Unorm16,
+    /// Unsigned integer over [0, 1], 10 bits: three in a word.
+    Unorm10,
+    /// Radiance RGBE: 8-bit mantissas that share one exponent.
+    Rgbe8,
+    /// 9-bit mantissas that share one exponent of 5 bits.
+    Rgb9e5,
+    /// Floats without sign of 11, 11 and 10 bits.
+    B10g11r11,
+    /// Bytes of pow(v, 1/2.2), divided by alpha.
+    Rgbd8,
+    /// Bytes of the root, multiplied with alpha.
+    Rgbm8,
+    /// Bytes of the root, multiplied with 8 − 7 alpha.
+    Rgbp8,
+    /// Blocks of 4 × 4 texels over [0, 1], one channel in 8 bytes.
+    Bc4,
+    /// The same with two channels.
+    Bc5,
+    /// Blocks of 4 × 4 texels of halves without sign.
+    Bc6h,
+}
+
+impl Repr {
+    /// The values that a component can hold; beyond them it is clamped.
+    pub fn range(self) -> RangeInclusive<f32> {
+        match self {
+            Repr::F16 => -float::HALF_MAX..=float::HALF_MAX,
+            Repr::F32 => f32::MIN..=f32::MAX,
+            Repr::Unorm8 | Repr::Unorm16 | Repr::Unorm10 | Repr::Bc4 | Repr::Bc5 => 0.0..=1.0,
+            Repr::Rgbe8 => 0.0..=rgbe::MAX,
+            Repr::Rgb9e5 => 0.0..=packed::RGB9E5_MAX,
+            Repr::B10g11r11 => 0.0..=packed::B10_MAX,
+            Repr::Rgbd8 | Repr::Rgbm8 | Repr::Rgbp8 => 0.0..=self.colour_range().map_or(1.0, Range::max),
+            Repr::Bc6h => 0.0..=float::HALF_MAX,
+        }
+    }
+
+    /// Are texels stored in blocks, with losses that depend on their neighbours?
+    pub fn is_blocks(self) -> bool {
+        matches!(self, Repr::Bc4 | Repr::Bc5 | Repr::Bc6h)
+    }
+
+    /// Bytes that need a shader's arithmetic before they are values.
+    fn colour_range(self) -> Option<Range> {
+        match self {
+            Repr::Rgbd8 => Some(Range::Rgbd),
+            Repr::Rgbm8 => Some(Range::Rgbm),
+            Repr::Rgbp8 => Some(Range::Rgbp),
+            _ => None,
+        }
+    }
+
+    /// Bytes of a texel with this many components, or of a block.
+    fn unit_bytes(self, components: usize) -> usize {
+        match self {
+            Repr::F16 | Repr::Unorm16 => 2 * components,
+            Repr::F32 => 4 * components,
+            Repr::Unorm8 => components,
+            Repr::Unorm10 | Repr::Rgbe8 | Repr::Rgb9e5 | Repr::B10g11r11 => 4,
+            Repr::Rgbd8 | Repr::Rgbm8 | Repr::Rgbp8 => 4,
+            Repr::Bc4 => 8,
+            Repr::Bc5 | Repr::Bc6h => 16,
+        }
+    }
+}
+
+/// A texel's encoding, named after Vulkan's formats in lower case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Encoding {
+    /// The name used on the command line and in files.
+    pub name: &'static str,
+    /// Components a texel: 1, 2, 3 or 4. Components beyond the table's channels hold 0, a fourth one 1.
+    pub components: usize,
+    /// How each component is stored.
+    pub repr: Repr,
+}
+
+/// Every encoding, in the order of their documentation.
+pub const ENCODINGS: &[Encoding] = &[
+    Encoding { name: "r16f", components: 1, repr: Repr::F16 },
+    Encoding { name: "rg16f", components: 2, repr: Repr::F16 },
+    Encoding { name: "rgba16f", components: 4, repr: Repr::F16 },
+    Encoding { name: "r32f", components: 1, repr: Repr::F32 },
+    Encoding { name: "rg32f", components: 2, repr: Repr::F32 },
+    Encoding { name: "rgba32f", components: 4, repr: Repr::F32 },
+    Encoding { name: "r8unorm", components: 1, repr: Repr::Unorm8 },
+    Encoding { name: "rg8unorm", components: 2, repr: Repr::Unorm8 },
+    Encoding { name: "rgb8unorm", components: 3, repr: Repr::Unorm8 },
+    Encoding { name: "rgba8unorm", components: 4, repr: Repr::Unorm8 },
+    Encoding { name: "r16unorm", components: 1, repr: Repr::Unorm16 },
+    Encoding { name: "rg16unorm", components: 2, repr: Repr::Unorm16 },
+    Encoding { name: "rgb16unorm", components: 3, repr: Repr::Unorm16 },
+    Encoding { name: "rgba16unorm", components: 4, repr: Repr::Unorm16 },
+    Encoding { name: "a2b10g10r10", components: 3, repr: Repr::Unorm10 },
+    Encoding { name: "rgbe8", components: 3, repr: Repr::Rgbe8 },
+    Encoding { name: "rgb9e5", components: 3, repr: Repr::Rgb9e5 },
+    Encoding { name: "b10g11r11", components: 3, repr: Repr::B10g11r11 },
+    Encoding { name: "rgbd8", components: 3, repr: Repr::Rgbd8 },
+    Encoding { name: "rgbm8", components: 3, repr: Repr::Rgbm8 },
+    Encoding { name: "rgbp8", components: 3, repr: Repr::Rgbp8 },
+    Encoding { name: "bc4", components: 1, repr: Repr::Bc4 },
+    Encoding { name: "bc5", components: 2, repr: Repr::Bc5 },
+    Encoding { name: "bc6h", components: 3, repr: Repr::Bc6h },
+];
+
+impl Encoding {
+    /// The encoding with this name.
+    pub fn parse(name: &str) -> Result<Encoding> {
+        ENCODINGS.iter().copied().find(|e| e.name == name).ok_or_else(|| {
+            Error::usage(format!("unknown encoding '{name}'"), nearest(name, ENCODINGS.iter().map(|e| e.name)))
+        })
+    }
+
+    /// The encoding with the fewest components, at least `channels`, of one representation.
+    pub fn fitting(repr: Repr, channels: usize) -> Option<Encoding> {
+        ENCODINGS.iter().copied().filter(|e| e.repr == repr && e.components >= channels).min_by_key(|e| e.components)
+    }
+
+    /// Has it the range for this shape? Radiance knows no upper bound, so integers over [0, 1] hold only tables.
+    pub fn holds(self, shape: Shape) -> bool {
+        shape == Shape::Table || *self.repr.range().end() > 1.0
+    }
+
+    /// Bytes of a texel, or of a block where there are blocks.
+    pub fn unit_bytes(self) -> usize {
+        self.repr.unit_bytes(self.components)
+    }
+
+    /// Texels along the side of what [`Encoding::unit_bytes`] tells the size of: 1, or 4 of a block.
+    pub fn unit_side(self) -> u32 {
+        if self.repr.is_blocks() { block::SIDE } else { 1 }
+    }
+
+    /// Bytes of a level; `None` where they are more than can be counted.
+    pub fn level_bytes(self, pictures: Pictures) -> Option<u64> {
+        let units = |side: u32| u64::from(side.div_ceil(self.unit_side()));
+        let units = units(pictures.width).checked_mul(units(pictures.height))?.checked_mul(pictures.count.into())?;
+        units.checked_mul(self.unit_bytes() as u64)
+    }
+
+    /// What a shader must do to what it reads, for an encoding that GPUs do not know; `r`, `g`, `b`, `a` are over [0, 1].
+    pub fn formula(self) -> Option<&'static str> {
+        self.repr.colour_range().map(Range::formula)
+    }
+
+    /// The largest error that rounding can make near `value`: half the distance between neighbouring values.
+    ///
+    /// `largest` is the largest component of the texel, which sets the step where components share something; the others
+    /// ignore it. A value outside [`Repr::range`] is clamped, which this bound does not cover. Of blocks it is NaN, within
+    /// which nothing is: their loss is measured, see [`Steps`].
+    pub fn half_ulp_at(self, value: f64, largest: f64) -> f64 {
+        match self.repr {
+            Repr::F16 => float::half_ulp_of_half(value),
+            Repr::F32 => float::half_ulp_of_single(value),
+            Repr::Unorm8 => 0.5 / 255.0,
+            Repr::Unorm16 => 0.5 / 65535.0,
+            Repr::Unorm10 => 0.5 / unorm::TEN_BITS,
+            Repr::Rgbe8 => rgbe::half_step(largest),
+            Repr::Rgb9e5 => packed::half_step_of_rgb9e5(largest),
+            Repr::B10g11r11 => packed::half_step_of_b10g11r11(value),
+            Repr::Rgbd8 => Range::Rgbd.half_step(value, largest),
+            Repr::Rgbm8 => Range::Rgbm.half_step(value, largest),
+            Repr::Rgbp8 => Range::Rgbp.half_step(value, largest),
+            Repr::Bc4 | Repr::Bc5 | Repr::Bc6h => f64::NAN,
+        }
+    }
+}
+
+/// Bytes that a container may pack further, without loss.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// What the container always does: a KTX2 holds plain levels, an OpenEXR is zipped.
+    #[default]
+    Plain,
+    /// Zstandard, level by level.
+    Zstd,
+}
+
+impl Compression {
+    /// Every compression, in the order of their documentation.
+    pub const ALL: [Compression; 2] = [Compression::Plain, Compression::Zstd];
+
+    /// The name used on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Compression::Plain => "none",
+            Compression::Zstd => "zstd",
+        }
+    }
+
+    /// The compression with this name.
+    pub fn parse(name: &str) -> Result<Compression> {
+        let known = || Self::ALL.iter().map(|c| c.name());
+        let found = Self::ALL.into_iter().find(|c| c.name() == name);
+        found.ok_or_else(|| Error::usage(format!("unknown compression '{name}'"), nearest(name, known())))
+    }
+}
+
+/// How long the encoders of blocks search.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Effort {
+    /// For looking at a result.
+    Fast,
+    /// For most.
+    #[default]
+    Normal,
+    /// For the file that ships.
+    Slow,
+}
+
+impl Effort {
+    /// Every effort, in the order of their documentation.
+    pub const ALL: [Effort; 3] = [Effort::Fast, Effort::Normal, Effort::Slow];
+
+    /// The name used on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Effort::Fast => "fast",
+            Effort::Normal => "normal",
+            Effort::Slow => "slow",
+        }
+    }
+
+    /// The effort with this name.
+    pub fn parse(name: &str) -> Result<Effort> {
+        let known = || Self::ALL.iter().map(|e| e.name());
+        let found = Self::ALL.into_iter().find(|e| e.name() == name);
+        found.ok_or_else(|| Error::usage(format!("unknown effort '{name}'"), nearest(name, known())))
+    }
+}
+
+/// How a texture is to be stored in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Storage {
+    /// How texels are stored.
+    pub encoding: Encoding,
+    /// What is done to the bytes.
+    pub compression: Compression,
+    /// How long the encoders of blocks search.
+    pub effort: Effort,
+}
+
+impl From<Encoding> for Storage {
+    /// Without further compression, with the usual effort.
+    fn from(encoding: Encoding) -> Self {
+        Storage { encoding, compression: Compression::default(), effort: Effort::default() }
+    }
+}
+
+/// The pictures of a level: one, or of a cube six.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pictures {
+    /// Texels from left to right.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// How many.
+    pub count: u32,
+}
+
+impl Pictures {
+    /// Of a level of a texture.
+    pub fn of(texture: &Texture, level: usize) -> Pictures {
+        let (width, height) = texture.level_size(level);
+        Pictures { width, height, count: texture.faces() }
+    }
+
+    /// All texels.
+    pub fn texels(self) -> usize {
+        self.count as usize * self.width as usize * self.height as usize
+    }
+}
+
+fn exp2i(n: i32) -> f64 {
+    f64::from(n).exp2()
+}
+
+/// ⌊log₂|value|⌋, exact; far below every bound for 0.
+fn exponent(value: f64) -> i32 {
+    ((value.to_bits() >> 52) & 0x7ff) as i32 - 1023
+}
+
+/// A little-endian word of four bytes; 0 where there are fewer.
+fn word(texel: &[u8]) -> u32 {
+    texel.first_chunk().map_or(0, |b| u32::from_le_bytes(*b))
+}
+
+/// A level as bytes, little endian, rounded to nearest even. `values` holds `channels` a texel, picture by picture. Components
+/// beyond the channels hold 0, a fourth one 1; a value outside [`Repr::range`] becomes the nearest one inside, NaN stays
+/// NaN in floats and becomes 0 elsewhere.
+pub fn encode(values: &[f32], channels: usize, pictures: Pictures, storage: impl Into<Storage>) -> Result<Vec<u8>> {
+    let Storage { encoding, effort, .. } = storage.into();
+    fits(channels, encoding)?;
+    if encoding.repr.is_blocks() {
+        return Ok(block::encode(values, channels, pictures, encoding.repr, effort));
+    }
+    let mut bytes = Vec::with_capacity(values.len() / channels * encoding.unit_bytes());
+    let range = encoding.repr.range();
+    let is_float = matches!(encoding.repr, Repr::F16 | Repr::F32);
+    let mut each = |put: &dyn Fn(&[f32], &mut Vec<u8>)| {
+        for texel in values.chunks_exact(channels) {
+            let mut padded = [0.0, 0.0, 0.0, 1.0];
+            padded[..channels].copy_from_slice(texel);
+            for v in &mut padded {
+                *v = if v.is_nan() && !is_float { 0.0 } else { v.clamp(*range.start(), *range.end()) };
+            }
+            put(&padded[..encoding.components], &mut bytes);
+        }
+    };
+    let rgb = |texel: &[f32]| [texel[0], texel[1], texel[2]];
+    match encoding.repr {
+        Repr::F16 => each(&float::encode_halves),
+        Repr::F32 => each(&float::encode_singles),
+        Repr::Unorm8 => each(&unorm::encode_bytes),
+        Repr::Unorm16 => each(&unorm::encode_words),
+        Repr::Unorm10 => each(&unorm::encode_ten),
+        Repr::Rgbe8 => each(&|texel, out| out.extend(rgbe::encode(rgb(texel)))),
+        Repr::Rgb9e5 => each(&|texel, out| packed::encode_rgb9e5(rgb(texel), out)),
+        Repr::B10g11r11 => each(&|texel, out| packed::encode_b10g11r11(rgb(texel), out)),
+        Repr::Rgbd8 => each(&|texel, out| out.extend(Range::Rgbd.encode(rgb(texel)))),
+        Repr::Rgbm8 => each(&|texel, out| out.extend(Range::Rgbm.encode(rgb(texel)))),
+        Repr::Rgbp8 => each(&|texel, out| out.extend(Range::Rgbp.encode(rgb(texel)))),
+        Repr::Bc4 | Repr::Bc5 | Repr::Bc6h => unreachable!("blocks are encoded above"),
+    }
+    Ok(bytes)
+}
+
+/// The first `channels` components of each texel: what [`encode`] wrote. A texel cut short at the end is left out.
+pub fn decode(bytes: &[u8], channels: usize, pictures: Pictures, encoding: Encoding) -> Vec<f32> {
+    let channels = channels.min(encoding.components);
+    if encoding.repr.is_blocks() {
+        return block::decode(bytes, channels, pictures, encoding.repr);
+    }
+    let mut values = Vec::with_capacity(bytes.len() / encoding.unit_bytes() * channels);
+    let mut each = |get: &dyn Fn(&[u8]) -> [f32; 4]| {
+        for texel in bytes.chunks_exact(encoding.unit_bytes()) {
+            values.extend(&get(texel)[..channels]);
+        }
+    };
+    let rgb = |of: &dyn Fn([u8; 4]) -> [f32; 3], texel: &[u8]| {
+        let [r, g, b] = of(word(texel).to_le_bytes());
+        [r, g, b, 1.0]
+    };
+    match encoding.repr {
+        Repr::F16 => each(&float::decode_halves),
+        Repr::F32 => each(&float::decode_singles),
+        Repr::Unorm8 => each(&unorm::decode_bytes),
+        Repr::Unorm16 => each(&unorm::decode_words),
+        Repr::Unorm10 => each(&unorm::decode_ten),
+        Repr::Rgbe8 => each(&|texel| rgb(&rgbe::decode, texel)),
+        Repr::Rgb9e5 => each(&packed::decode_rgb9e5),
+        Repr::B10g11r11 => each(&packed::decode_b10g11r11),
+        Repr::Rgbd8 => each(&|texel| rgb(&|b| Range::Rgbd.decode(b), texel)),
+        Repr::Rgbm8 => each(&|texel| rgb(&|b| Range::Rgbm.decode(b), texel)),
+        Repr::Rgbp8 => each(&|texel| rgb(&|b| Range::Rgbp.decode(b), texel)),
+        Repr::Bc4 | Repr::Bc5 | Repr::Bc6h => unreachable!("blocks are decoded above"),
+    }
+    values
+}
+
+/// What an encoding did to the values of a texture. Values that were clamped are left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rounding {
+    /// The largest difference between a value and what is stored.
+    pub max_abs: f64,
+    /// The largest difference relative to the value, over values of at least 2⁻¹⁴: the smallest normal half float.
+    /// Below it halves are evenly spaced, and the ratio only tells how near to 0 a value happens to lie.
+    pub max_rel: f64,
+    /// Root mean square of the differences, over that of the values, in the level where it is largest.
+    pub rms: f64,
+    /// Root mean square of the differences relative to their values, over values of at least 2⁻¹⁴, in the level where it
+    /// is largest.
+    pub rms_rel: f64,
+    /// Values outside [`Repr::range`], stored as its nearest end.
+    pub clamped: usize,
+}
+
+impl Rounding {
+    /// Compares, level by level, what is stored with what was to be stored.
+    fn between(texture: &Texture, repr: Repr, stored: impl Iterator<Item = Vec<f32>>) -> Rounding {
+        let range = repr.range();
+        let mut report = Rounding::default();
+        for (level, stored) in texture.levels.iter().zip(stored) {
+            let (mut squares, mut values2, mut relative2, mut relatives) = (0.0, 0.0, 0.0, 0);
+            for (&value, stored) in level.iter().zip(stored) {
+                if !range.contains(&value) {
+                    report.clamped += 1;
+                    continue;
+                }
+                let (value, error) = (f64::from(value.abs()), (f64::from(stored) - f64::from(value)).abs());
+                report.max_abs = report.max_abs.max(error);
+                squares += error * error;
+                values2 += value * value;
+                if value >= f16::MIN_POSITIVE.to_f64() {
+                    report.max_rel = report.max_rel.max(error / value);
+                    relative2 += (error / value).powi(2);
+                    relatives += 1;
+                }
+            }
+            if values2 > 0.0 {
+                report.rms = report.rms.max((squares / values2).sqrt());
+                report.rms_rel = report.rms_rel.max((relative2 / f64::from(relatives.max(1))).sqrt());
+            }
+        }
+        report
+    }
+}
+
+/// Encodes and decodes every texel, and compares.
+pub fn rounding(texture: &Texture, storage: impl Into<Storage>) -> Result<Rounding> {
+    let storage = storage.into();
+    fits(texture.channels.len(), storage.encoding)?;
+    let stored = (0..texture.levels.len()).map(|level| {
+        let pictures = Pictures::of(texture, level);
+        let bytes = encode(&texture.levels[level], texture.channels.len(), pictures, storage);
+        decode(&bytes.expect("the channels fit"), texture.channels.len(), pictures, storage.encoding)
+    });
+    Ok(Rounding::between(texture, storage.encoding.repr, stored))
+}
+
+/// An error when a texel of `encoding` has fewer components than a texture has channels.
+pub(super) fn fits(channels: usize, encoding: Encoding) -> Result<()> {
+    if (1..=encoding.components).contains(&channels) {
+        return Ok(());
+    }
+    let what =
+        format!("encoding {} holds {} components, the texture has {channels}", encoding.name, encoding.components);
+    let help = match Encoding::fitting(encoding.repr, channels).or(Encoding::fitting(Repr::F16, channels)) {
+        Some(other) if channels > 0 => format!("use {}", other.name),
+        _ => "a texture has 1 to 4 channels".into(),
+    };
+    Err(Error::usage(what, help))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::texture::Meta;
+
+    fn by_name(name: &str) -> Encoding {
+        Encoding::parse(name).expect("a name of the list")
+    }
+
+    const ONE: Pictures = Pictures { width: 1, height: 1, count: 1 };
+
+    /// What becomes of a texel that holds the value in every component.
+    fn round(value: f32, name: &str) -> [f32; 4] {
+        let (encoding, mut stored) = (by_name(name), [f32::NAN; 4]);
+        let n = encoding.components;
+        stored[..n].copy_from_slice(&decode(&encode(&[value; 4][..n], n, ONE, encoding).unwrap(), n, ONE, encoding));
+        stored
+    }
+
+    fn bytes(values: &[f32], name: &str) -> Vec<u8> {
+        encode(values, values.len(), ONE, by_name(name)).unwrap()
+    }
+
+    #[test]
+    fn half_rounds_to_nearest_even() {
+        // Halves near 1 are 2^-10 apart: the ties go to the even mantissa, down once and up once.
+        assert_eq!(round(1.0 + 1.0 / 2048.0, "r16f")[0], 1.0);
+        assert_eq!(round(1.0 + 3.0 / 2048.0, "r16f")[0], 1.0 + 2.0 / 1024.0);
+        assert_eq!(round(2.0_f32.powi(-25) * 1.001, "r16f")[0], 2.0_f32.powi(-24), "subnormal");
+    }
+
+    #[test]
+    fn padding_is_zero_and_a_fourth_component_one() {
+        assert_eq!(decode(&bytes(&[0.25, 0.5], "rgba16f"), 4, ONE, by_name("rgba16f")), [0.25, 0.5, 0.0, 1.0]);
+        assert_eq!(bytes(&[0.2], "rgb8unorm"), [51, 0, 0]);
+        assert_eq!(bytes(&[0.2], "rgba8unorm"), [51, 0, 0, 255]);
+        assert_eq!(bytes(&[1.0], "a2b10g10r10"), (3_u32 << 30 | 1023).to_le_bytes());
+    }
+
+    #[test]
+    fn bytes_are_little_endian() {
+        assert_eq!(bytes(&[1.0], "r16f"), [0x00, 0x3c]);
+        assert_eq!(bytes(&[1.0], "r32f"), [0, 0, 0x80, 0x3f]);
+        assert_eq!(bytes(&[1.0 / 65535.0], "r16unorm"), [1, 0]);
+    }
+
+    #[test]
+    fn too_many_channels_is_an_error_that_names_a_fit() {
+        let error = encode(&[0.0; 3], 3, ONE, by_name("rg16f")).unwrap_err();
+        assert_eq!(error.to_string(), "encoding rg16f holds 2 components, the texture has 3");
+        assert_eq!(error.help(), "use rgba16f");
+        assert_eq!(encode(&[0.0; 4], 4, ONE, by_name("rgb8unorm")).unwrap_err().help(), "use rgba8unorm");
+        assert_eq!(encode(&[], 0, ONE, by_name("r16f")).unwrap_err().help(), "a texture has 1 to 4 channels");
+    }
+
+    /// A multiplicative walk over all magnitudes, both signs where the representation has them.
+    fn probes(encoding: Encoding) -> Vec<f32> {
+        let (low, high) = (*encoding.repr.range().start(), *encoding.repr.range().end());
+        let mut values = vec![0.0, high, low];
+        let mut v = 1e-12_f32;
+        while v < high.min(1e12) {
+            values.extend([v, if low < 0.0 { -v } else { v }]);
+            v *= 1.0137;
+        }
+        values
+    }
+
+    #[test]
+    fn half_ulp_bounds_the_rounding_and_is_reached() {
+        for &encoding in ENCODINGS.iter().filter(|e| !e.repr.is_blocks()) {
+            let mut worst = 0.0_f64;
+            for value in probes(encoding) {
+                for stored in &round(value, encoding.name)[..encoding.components] {
+                    let error = (f64::from(*stored) - f64::from(value)).abs();
+                    let bound = encoding.half_ulp_at(f64::from(value), f64::from(value));
+                    // Decoded integers are themselves rounded to f32: half an ulp of that on top.
+                    assert!(error <= bound + 6e-8 * f64::from(value.abs()), "{}: {value} → {stored}", encoding.name);
+                    worst = worst.max(error / bound);
+                }
+            }
+            if encoding.repr == Repr::F32 {
+                assert_eq!(worst, 0.0);
+            } else {
+                assert!(worst > 0.9, "{}: the bound is never approached, {worst}", encoding.name);
+            }
+        }
+    }
+
+    #[test]
+    fn half_ulp_bounds_the_rounding_of_colours_beside_their_largest_component() {
+        for &encoding in ENCODINGS.iter().filter(|e| e.components == 3 && !e.repr.is_blocks()) {
+            let mut worst = 0.0_f64;
+            for (i, largest) in probes(encoding).into_iter().enumerate() {
+                let texel = [0.618_034, 1.0, 0.01 + i as f32 % 0.9].map(|share| share * largest);
+                let stored = decode(&bytes(&texel, encoding.name), 3, ONE, encoding);
+                let found = f64::from(stored.iter().fold(0.0_f32, |a, b| a.max(*b)));
+                for (value, stored) in texel.into_iter().zip(stored) {
+                    // A check knows the largest component as it is stored.
+                    let bound = encoding.half_ulp_at(f64::from(value), found) + 6e-8 * f64::from(value);
+                    let error = (f64::from(stored) - f64::from(value)).abs();
+                    assert!(error <= bound, "{}: {texel:?}, {value} → {stored}, {bound}", encoding.name);
+                    worst = worst.max(error / bound);
+                }
+            }
+            assert!(worst > 0.9, "{}: the bound is never approached, {worst}", encoding.name);
+        }
+    }
+
+    #[test]
+    fn half_ulp_matches_the_spacing_of_halves() {
+        let e = by_name("r16f");
+        for bits in [0_u16, 1, 0x3ff, 0x400, 0x3bff, 0x3c00, 0x3c01, 0x7bfe] {
+            let (a, b) = (f16::from_bits(bits).to_f64(), f16::from_bits(bits + 1).to_f64());
+            assert_eq!(e.half_ulp_at(0.5 * (a + b), 0.0), 0.5 * (b - a), "{bits:#x}");
+        }
+    }
+
+    fn table(values: Vec<f32>) -> Texture {
+        let width = values.len() as u32;
+        let channels = vec!["a".to_string()];
+        Texture { shape: Shape::Table, width, height: 1, channels, levels: vec![values], meta: Meta::default() }
+    }
+
+    #[test]
+    fn rounding_reports_error_and_clamping() {
+        let tie = 1.0 + 1.0 / 2048.0;
+        let report = rounding(&table(vec![0.5, tie, 70000.0, 65504.0]), by_name("r16f")).unwrap();
+        let tie = f64::from(tie);
+        assert_eq!((report.max_abs, report.max_rel, report.clamped), (1.0 / 2048.0, 1.0 / 2048.0 / tie, 1));
+        let squares = 0.25 + tie * tie + 65504.0 * 65504.0;
+        assert_eq!(report.rms, (1.0 / 2048.0 / 2048.0 / squares).sqrt());
+        assert_eq!(report.rms_rel, ((1.0 / 2048.0 / tie).powi(2) / 3.0).sqrt());
+        assert_eq!(rounding(&table(vec![0.1, 1e30]), by_name("r32f")).unwrap(), Rounding::default());
+    }
+}

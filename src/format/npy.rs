@@ -1,0 +1,116 @@
+//! NumPy's `.npy`: one level as an array of halves or singles, rows × columns × channels, of a cube faces first.
+//!
+//! The format has no place for metadata: what was baked, its axes and its certificate are not in the file.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use half::f16;
+use npyz::{NpyFile, Order, WriteOptions, WriterBuilder};
+
+use super::{Encoding, Format, Pictures, Repr, Storage, check};
+use crate::error::{Error, Result};
+use crate::texture::{Meta, Shape, Texture};
+
+/// NumPy's array format.
+#[derive(Debug)]
+pub struct Npy;
+
+impl Format for Npy {
+    fn name(&self) -> &'static str {
+        "NumPy"
+    }
+
+    fn extension(&self) -> &'static str {
+        "npy"
+    }
+
+    fn holds_mips(&self) -> bool {
+        false
+    }
+
+    fn holds_meta(&self) -> bool {
+        false
+    }
+
+    fn encodings(&self, _: Shape) -> Vec<Encoding> {
+        super::floats()
+    }
+
+    fn default_encoding(&self, _: Shape, channels: usize) -> Option<Encoding> {
+        Encoding::fitting(Repr::F32, channels)
+    }
+
+    fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
+        check(path, self, texture, storage)?;
+        let values = texture.levels[0].iter().copied();
+        let [width, height, channels] = [texture.width, texture.height, texture.channels.len() as u32].map(u64::from);
+        let shape = match texture.shape {
+            Shape::Cube => vec![6, height, width, channels],
+            Shape::Table | Shape::Map => vec![height, width, channels],
+        };
+        let mut out = vec![];
+        let written = match storage.encoding.repr {
+            Repr::F16 => {
+                let held = Repr::F16.range();
+                let halves = values.map(|v| f16::from_f32(v.clamp(*held.start(), *held.end())));
+                write(&mut out, &shape, halves)
+            }
+            _ => write(&mut out, &shape, values),
+        };
+        written.map_err(|e| Error::io("write", path, e))?;
+        Ok(out)
+    }
+
+    fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)> {
+        let unsound = |e: std::io::Error| Error::input(path, format!("it is not a sound .npy file: {e}"), "");
+        let wrong = |what: String| Error::input(path, what, "save it as float16 or float32, rows x columns x channels");
+        let file = NpyFile::new(Cursor::new(bytes)).map_err(unsound)?;
+        let (order, sizes, dtype) = (file.order(), file.shape().to_vec(), file.dtype().descr());
+        if order != Order::C {
+            return Err(wrong("its columns lie together, not its rows".into()));
+        }
+        let small = |n: u64| u32::try_from(n).ok().filter(|n| *n > 0);
+        let found = match sizes[..] {
+            [height, width] => Some((1, height, width, 1)),
+            [height, width, channels] => Some((1, height, width, channels)),
+            [6, height, width, channels] if height == width => Some((6, height, width, channels)),
+            _ => None,
+        };
+        let Some((count, Some(height), Some(width), channels @ 1..=4)) =
+            found.map(|(f, h, w, c)| (f, small(h), small(w), c))
+        else {
+            return Err(wrong(format!("its shape is {sizes:?}")));
+        };
+        let (repr, bytes_each) = match dtype.as_str() {
+            "'<f2'" => (Repr::F16, 2),
+            "'<f4'" => (Repr::F32, 4),
+            other => return Err(wrong(format!("its numbers are {other}"))),
+        };
+        let cursor = file.into_inner();
+        let data = &bytes[(cursor.position() as usize).min(bytes.len())..];
+        let pictures = Pictures { width, height, count };
+        let channels = channels as usize;
+        let plain = Encoding { name: "", components: channels, repr };
+        debug_assert_eq!(plain.unit_bytes(), channels * bytes_each);
+        if plain.level_bytes(pictures) != Some(data.len() as u64) {
+            return Err(wrong(format!("it has {} bytes of numbers, which is not its size", data.len())));
+        }
+        let levels = vec![super::decode(data, channels, pictures, plain)];
+        let names = ["r", "g", "b", "a"][..channels].iter().map(|c| c.to_string()).collect();
+        let shape = if count == 6 { Shape::Cube } else { Shape::Table };
+        let encoding = Encoding::fitting(repr, channels).expect("float encodings hold up to four components");
+        Ok((Texture { shape, width, height, channels: names, levels, meta: Meta::default() }, encoding))
+    }
+}
+
+/// An array of little-endian numbers, the last axis fastest.
+fn write<T: npyz::AutoSerialize>(
+    out: &mut Vec<u8>,
+    shape: &[u64],
+    values: impl Iterator<Item = T>,
+) -> std::io::Result<()> {
+    let mut writer = WriteOptions::new().default_dtype().shape(shape).writer(out).begin_nd()?;
+    writer.extend(values)?;
+    writer.finish()
+}

@@ -1,0 +1,265 @@
+//! The maps that spheres are shaded with: a filtered environment, an irradiance map, a split-sum table, and the environment
+//! itself with averages of four texels, of sixteen, and so on.
+
+use super::Method;
+use crate::axis::{Coordinate, Points};
+use crate::bake::specular::{SpecularJob, SpecularRequest};
+use crate::bake::{Backend, Model, TableJob, TableRequest};
+use crate::env::{CubeMap, Environment};
+use crate::error::{Error, Result};
+use crate::progress::OnProgress;
+use crate::term::cube::{direction, locate};
+use crate::term::zonal::ZONALS;
+use crate::texture::{Shape, Texture};
+
+/// Texels along a side of the irradiance map that is baked: read between texels it is within 1e-4 of the integral.
+const DIFFUSE_SIZE: u32 = 64;
+/// Mips of the cube that is baked, of 256 texels: the last has 8, because the corners of a cube of one texel show.
+const MIPS: u32 = 6;
+/// Texels along a side of the cube that is baked.
+pub(super) const SIZE: u32 = 256;
+
+/// A face of every level of a cube, with a border of one texel that repeats its neighbours: bilinear reading then has no
+/// seams.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Levels {
+    /// Red, green, blue and nothing.
+    pub texels: Vec<[f32; 4]>,
+    /// First texel, texels along a side without the border, roughness.
+    pub levels: Vec<(u32, u32, f32)>,
+}
+
+impl Levels {
+    /// Adds a level of `size` × `size` texels a face, RGB.
+    fn push(&mut self, size: u32, texels: &[[f32; 3]], roughness: f64) {
+        self.levels.push((self.texels.len() as u32, size, roughness as f32));
+        let (n, last) = (f64::from(size), f64::from(size - 1));
+        for face in 0..6 {
+            for y in 0..size + 2 {
+                for x in 0..size + 2 {
+                    // Where the middle of a texel beyond the edge lies, and the texel that is really there.
+                    let centre = |i: u32| (2.0 * f64::from(i) - 1.0) / n - 1.0;
+                    let (face, s, t) = if (1..=size).contains(&x) && (1..=size).contains(&y) {
+                        (face, centre(x), centre(y))
+                    } else {
+                        locate(direction(face, centre(x), centre(y)))
+                    };
+                    let nearest = |c: f64| (0.5 * (c + 1.0) * n).floor().clamp(0.0, last) as u32;
+                    let [r, g, b] = texels[((face * size + nearest(t)) * size + nearest(s)) as usize];
+                    self.texels.push([r, g, b, 0.0]);
+                }
+            }
+        }
+    }
+}
+
+/// What the spheres are shaded with.
+#[derive(Clone, Debug)]
+pub struct Maps {
+    /// All levels: the filtered ones, the irradiance, the environment itself.
+    pub(super) levels: Levels,
+    /// Filtered levels.
+    pub(super) mips: u32,
+    /// First level of the environment itself.
+    pub(super) source_level: u32,
+    /// Width and height of the table.
+    pub(super) table_size: (u32, u32),
+    /// Where a table's texels are taken.
+    pub(super) points: Points,
+    /// Scale and bias, n·v ascending along x, roughness along y.
+    pub(super) table: Vec<[f32; 2]>,
+    /// Radiance of the environment by direction: its first level.
+    pub(super) source: CubeMap,
+    /// What the filtered levels are made with.
+    pub kernel: String,
+}
+
+/// Files that are used in place of what would be baked.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Given<'a> {
+    /// A split-sum table.
+    pub table: Option<&'a Texture>,
+    /// A filtered cube.
+    pub specular: Option<&'a Texture>,
+    /// An irradiance cube.
+    pub diffuse: Option<&'a Texture>,
+}
+
+impl Maps {
+    /// Bakes what is not given: with `environment`, or with mip 0 of the given cube as the environment.
+    pub fn new(
+        environment: Option<&Environment<'_>>,
+        given: Given<'_>,
+        model: &Model,
+        backend: &Backend,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Maps> {
+        let kernel = kernel(model);
+        let specular = match (given.specular, environment) {
+            (Some(cube), _) => cube.clone(),
+            (None, Some(environment)) => {
+                let request =
+                    SpecularRequest { kernel: kernel.into(), size: Some(SIZE), mips: Some(MIPS), ..Default::default() };
+                request.resolve()?.run(environment, backend, on)?
+            }
+            (None, None) => return Err(Error::usage("the spheres need light", "give --env, or leave it out")),
+        };
+        let job = cube_job(&specular)?;
+        let source = first_level(&specular);
+        let request = SpecularRequest { kernel: "lambert".into(), size: Some(DIFFUSE_SIZE), ..Default::default() };
+        let light = environment.map_or_else(|| Environment::from(&source), Environment::borrowed);
+        let irradiance = request.resolve()?.run(&light, backend, on)?;
+        if let Some(kernel) = given.diffuse.map(cube_job).transpose()?.map(|job| job.kernel) {
+            if kernel.least_alpha.is_some() {
+                let what = format!("an irradiance map is filtered with lambert, not with {}", kernel.name);
+                return Err(Error::usage(what, "bake one with `brdf-baker env --irradiance FILE`"));
+            }
+        }
+        let table = match given.table {
+            Some(table) => table.clone(),
+            None => {
+                let request = TableRequest {
+                    ndf: model.ndf.to_string(),
+                    visibility: model.visibility.name.into(),
+                    ..TableRequest::new("split-sum")
+                };
+                request.resolve()?.run(backend, on)?
+            }
+        };
+
+        let mut levels = Levels::default();
+        for m in 0..specular.levels.len() {
+            let texels = rgb(&specular, m);
+            levels.push(specular.level_size(m).0, &texels, job.alpha(m as u32).sqrt());
+        }
+        levels.push(irradiance.width, &rgb(&irradiance, 0), 1.0);
+        if let Some(given) = given.diffuse {
+            levels.push(given.width, &rgb(given, 0), 1.0);
+        }
+        let source_level = levels.levels.len() as u32;
+        let mut average = source.clone();
+        loop {
+            levels.push(average.size, &average.texels, 0.0);
+            if !average.size.is_multiple_of(2) {
+                break;
+            }
+            average = halved(&average);
+        }
+        let (table_size, points, table) = split_sum(&table)?;
+        let mips = specular.levels.len() as u32;
+        Ok(Maps { levels, mips, source_level, table_size, points, table, source, kernel: job.kernel.name.into() })
+    }
+
+    /// Mean radiance of the environment.
+    pub fn mean(&self) -> [f64; 3] {
+        self.source.mean()
+    }
+
+    /// The number of the irradiance map among the levels: the one to use, or the exact one that was baked from the same light.
+    pub(super) fn diffuse_level(&self, method: Method) -> u32 {
+        match method {
+            Method::SplitSum => self.source_level - 1,
+            Method::Reference => self.mips,
+        }
+    }
+
+    /// How many levels the environment itself has.
+    pub(super) fn source_levels(&self) -> u32 {
+        self.levels.levels.len() as u32 - self.source_level
+    }
+
+    /// Mean solid angle of the environment's texels.
+    pub(super) fn texel_sr(&self) -> f64 {
+        4.0 * std::f64::consts::PI / (6.0 * f64::from(self.source.size).powi(2))
+    }
+
+    /// Texel of the table = coordinate · scale + shift, along x and along y.
+    pub(super) fn table_map(&self) -> [(f64, f64); 2] {
+        [self.table_size.0, self.table_size.1].map(|n| match self.points {
+            Points::Centers => (f64::from(n), -0.5),
+            Points::Edges => (f64::from(n - 1), 0.0),
+        })
+    }
+}
+
+/// The filter kernel of the model's own distribution; GGX's where none is made for it.
+pub fn kernel(model: &Model) -> &'static str {
+    ZONALS.iter().map(|k| k.name).find(|name| *name == model.ndf.family.name).unwrap_or("ggx")
+}
+
+/// The job behind a cube that this program wrote.
+fn cube_job(texture: &Texture) -> Result<SpecularJob> {
+    if texture.shape != Shape::Cube {
+        return Err(Error::usage("the spheres are lit by cubes, and this is none", "bake it with --shape cube"));
+    }
+    SpecularJob::from_meta(texture)
+}
+
+/// The texels of a level as RGB.
+fn rgb(texture: &Texture, level: usize) -> Vec<[f32; 3]> {
+    texture.levels[level].chunks_exact(texture.channels.len()).map(|t| [t[0], t[1], t[2]]).collect()
+}
+
+fn first_level(texture: &Texture) -> CubeMap {
+    CubeMap { size: texture.width, texels: rgb(texture, 0) }
+}
+
+/// Half as many texels along a side, each the mean over its solid angle.
+fn halved(cube: &CubeMap) -> CubeMap {
+    let size = cube.size / 2;
+    let weights = CubeMap::solid_angles_sr(cube.size);
+    let mut texels = Vec::with_capacity((6 * size * size) as usize);
+    for face in 0..6 {
+        for y in 0..size {
+            for x in 0..size {
+                let (mut sum, mut whole) = ([0.0; 3], 0.0);
+                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    let (x, y) = (2 * x + dx, 2 * y + dy);
+                    let weight = weights[(y * cube.size + x) as usize];
+                    let texel = cube.texel(face, x, y);
+                    (0..3).for_each(|c| sum[c] += weight * f64::from(texel[c]));
+                    whole += weight;
+                }
+                texels.push(sum.map(|s| (s / whole) as f32));
+            }
+        }
+    }
+    CubeMap { size, texels }
+}
+
+/// Size, points, and scale and bias of a table, n·v ascending along x and roughness along y.
+fn split_sum(table: &Texture) -> Result<((u32, u32), Points, Vec<[f32; 2]>)> {
+    let job = TableJob::from_meta(table)?;
+    let refuse = |what: &str| {
+        Error::usage(
+            format!("the spheres cannot be shaded with a table {what}"),
+            "give one that `brdf-baker bake split-sum` wrote with axes n_dot_v and roughness",
+        )
+    };
+    let channel = |name: &str| table.channels.iter().position(|c| c == name);
+    let (Some(scale), Some(bias)) = (channel("scale"), channel("bias")) else {
+        return Err(refuse("without scale and bias"));
+    };
+    let [x, y] = job.axes[..] else { return Err(refuse("of one axis")) };
+    if [x, y].iter().any(|a| a.shift != 0 || a.warp != a.warp.coordinate().plain()) {
+        return Err(refuse("over other coordinates than n.v and roughness"));
+    }
+    // n·v along x.
+    let swapped = x.warp.coordinate() == Coordinate::Roughness;
+    let (across, down) = if swapped { (y, x) } else { (x, y) };
+    let mut values = Vec::with_capacity((across.len * down.len) as usize);
+    for row in 0..down.len {
+        for column in 0..across.len {
+            let at = |axis: crate::axis::Axis, i: u32| if axis.reversed { axis.len - 1 - i } else { i };
+            let (column, row) = (at(across, column), at(down, row));
+            let texel = if swapped { table.texel(0, 0, row, column) } else { table.texel(0, 0, column, row) };
+            values.push([texel[scale], texel[bias]]);
+        }
+    }
+    Ok(((across.len, down.len), x.points, values))
+}
+
+/// White from everywhere.
+pub fn furnace() -> CubeMap {
+    CubeMap::from_fn(16, |_| [1.0; 3])
+}

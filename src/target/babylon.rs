@@ -1,0 +1,34 @@
+//! Babylon.js: `.env` files, and the table that `scene.environmentBRDFTexture` holds.
+
+use super::{EnvironmentPreset, TablePreset, Target};
+use crate::bake::RoughnessLaw;
+
+pub(super) static TARGET: Target = Target {
+    name: "babylon",
+    about: [
+        ".env cube of 256 as RGBD with its irradiance inside; 256x256 table of bias, scale + bias and cloth as RGBD PNG",
+        "alpha of mip m is 2^(m/0.8)/size, the lodGenerationScale that the file states",
+    ],
+    source: "@babylonjs/core: environmentTextureTools.ts, hdrFiltering.ts, brdfTextureTools.ts, pbrBRDFFunctions",
+    tables: &[TablePreset {
+        size: (256, 256),
+        channels: &["bias", "albedo", "cloth"],
+        stem: "brdf",
+        extension: "png",
+        encoding: "rgbd8",
+        snippet:
+            "const brdf = new BABYLON.Texture('{file}', scene, true, false, BABYLON.Texture.BILINEAR_SAMPLINGMODE);
+brdf.isRGBD = true;
+brdf.wrapU = brdf.wrapV = BABYLON.Texture.CLAMP_ADDRESSMODE;
+scene.environmentBRDFTexture = brdf;",
+        ..TablePreset::SPLIT_SUM
+    }],
+    environment: Some(EnvironmentPreset {
+        law: RoughnessLaw::Babylon,
+        extension: "env",
+        encoding: "rgbd8",
+        suffix: "",
+        snippet: "scene.environmentTexture = BABYLON.CubeTexture.CreateFromPrefilteredData('{file}', scene);",
+        ..EnvironmentPreset::CUBE
+    }),
+};

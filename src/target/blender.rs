@@ -1,0 +1,62 @@
+//! Blender: the layouts of Cycles' and EEVEE's tables, and a picture for the world's background.
+
+use super::{EnvironmentPreset, TablePreset, Target};
+use crate::axis::{Points, Warp};
+
+/// Over roughness and n·v with both limits, 32 each, as C floats.
+const CYCLES: TablePreset = TablePreset {
+    size: (32, 32),
+    axes: &[Warp::Roughness, Warp::NDotV],
+    points: Points::Edges,
+    channels: &["albedo"],
+    encoding: "r32f",
+    ..TablePreset::SPLIT_SUM
+};
+
+pub(super) static TARGET: Target = Target {
+    name: "blender",
+    about: [
+        "EXR picture of 2048x1024 for a world's environment texture",
+        "Tables as C: EEVEE's 64x64 split-sum over roughness and sqrt(1 - n.v); Cycles' ggx_E (albedo), ggx_Eavg",
+    ],
+    source: "Blender: Cycles scene/shader.tables, app/cycles_precompute.cpp; EEVEE eevee_lut",
+    tables: &[
+        TablePreset {
+            size: (64, 64),
+            axes: &[Warp::Roughness, Warp::SqrtOneMinusNDotV],
+            points: Points::Edges,
+            stem: "brdf_ggx",
+            extension: "h",
+            encoding: "rg32f",
+            snippet: "vec2 uv = vec2(roughness, sqrt(clamp(1.0 - cos_theta, 0.0, 1.0))); // {file}
+vec2 split_sum = texture(utility_tx, uv * 63.0 / 64.0 + 0.5 / 64.0).rg;",
+            ..TablePreset::SPLIT_SUM
+        },
+        TablePreset {
+            table: "albedo",
+            stem: "ggx_E",
+            extension: "h",
+            snippet: "// {file}: row = n.v, column = roughness; lookup_table_read_2D(roughness, mu, offset, 32, 32)",
+            ..CYCLES
+        },
+        TablePreset {
+            table: "average-albedo",
+            size: (32, 1),
+            axes: &[Warp::Roughness],
+            stem: "ggx_Eavg",
+            extension: "h",
+            channels: &["average"],
+            snippet: "// {file}: lookup_table_read(roughness, offset, 32)",
+            ..CYCLES
+        },
+    ],
+    environment: Some(EnvironmentPreset {
+        snippet: "import bpy
+world = bpy.context.scene.world
+world.use_nodes = True
+texture = world.node_tree.nodes.new('ShaderNodeTexEnvironment')
+texture.image = bpy.data.images.load('{file}')
+world.node_tree.links.new(texture.outputs['Color'], world.node_tree.nodes['Background'].inputs['Color'])",
+        ..EnvironmentPreset::EQUIRECT
+    }),
+};
