@@ -7,7 +7,6 @@ use brdf_baker::bake::Backend;
 use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
 use brdf_baker::env::import::{self, Adjust, Color, Imported, Layout, Options};
 use brdf_baker::env::orientation::normalized;
-use brdf_baker::env::projection::Projection;
 use brdf_baker::env::{CubeMap, Environment, Equirect, FileAxes, Frame, Picture};
 use brdf_baker::format::{Encoding, Format, Ktx2};
 use brdf_baker::progress::ignore;
