@@ -19,7 +19,7 @@ const types = { ".mjs": "text/javascript", ".js": "text/javascript", ".json": "a
 const html = `<!doctype html><meta charset="utf-8"><title>${page}</title><body>
 <script type="importmap">{ "imports": {
   "three": "/npm/three/build/three.module.js", "three/addons/": "/npm/three/examples/jsm/",
-  "playcanvas": "/npm/playcanvas/build/playcanvas.mjs", "@babylonjs/core/": "/npm/@babylonjs/core/" } }</script>
+  "playcanvas": "/npm/playcanvas/build/playcanvas.mjs" } }</script>
 <script>
   const post = (path, body) => fetch(path, { method: "POST", body });
   const say = (level, words) => post("/say/" + level, words.map(String).join(" "));
