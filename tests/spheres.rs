@@ -248,8 +248,7 @@ fn textures_lie_where_they_should() {
     let maps = maps(&(&room).into(), &model);
     let draw = |base: Option<&str>, normal: Option<&str>| {
         let (base, normal) = (base.map(path), normal.map(path));
-        let files =
-            Files { base_color: base.as_deref(), normal: normal.as_deref(), metallic: None, roughness: None };
+        let files = Files { base_color: base.as_deref(), normal: normal.as_deref(), metallic: None, roughness: None };
         let scene = Scene::grid((64, 64), [1, 1], [None; 2], WHITE).expect("valid");
         let pictures = Pictures::read(&files, 30.0).expect("read");
         let preview = Preview { pictures, ..Preview::new(scene, model) };
