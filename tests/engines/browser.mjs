@@ -50,7 +50,11 @@ const server = createServer(async (request, response) => {
     for await (const part of request) parts.push(part);
     const body = Buffer.concat(parts);
     if (root === "done") finish("done");
-    else if (root === "say") said.push(`${rest[0]}: ${body}`);
+    else if (root === "say") {
+      said.push(`${rest[0]}: ${body}`);
+      // What waits for the thing that failed would wait for ever.
+      if (rest[0] === "error") setTimeout(() => finish("ended by an error"), 5000);
+    }
     else if (root === "send") {
       writeFileSync(join(folder, basename(rest.join("/"))), body);
       received += 1;
