@@ -45,6 +45,7 @@ pub use self::png::Png;
 pub use self::sh::sh_json;
 pub use self::source::{C, C_HEADER, JAVASCRIPT, Language, PYTHON, RUST, TYPESCRIPT};
 
+use crate::bake::atlas;
 use crate::error::{Error, Result, nearest};
 use crate::texture::{Meta, Shape, Texture};
 
@@ -317,7 +318,7 @@ fn ascii(json: &str) -> String {
 
 /// Does the meta say that the texels are a picture of the sphere?
 fn is_map(meta: &Meta) -> bool {
-    matches!(meta.get("projection"), Some("equirect" | "octahedral"))
+    meta.get("projection").is_some_and(|name| matches!(name, "equirect" | "octahedral" | atlas::NAME))
 }
 
 fn is_line(text: &str) -> bool {
