@@ -670,7 +670,7 @@ fn a_sky_is_written_described_and_filtered() {
     fails(here, &["sky", "-o", "a.exr", "--elevation", "-5"], &["elevation", "0 to 90"]);
     fails(here, &["sky", "-o", "a.exr", "--ground", "0.1,0.2"], &["--ground", "three"]);
     fails(here, &["sky", "-o", "a.exr", "--exposure", "-400"], &["--exposure"]);
-    fails(here, &["sky", "-o", "a.png"], &["PNG", ".exr"]);
+    fails(here, &["sky", "-o", "a.png"], &["a.png", ".exr"]);
     fails(here, &["sky", "-o", "a.exr", "--size", "0"], &["--size from 1"]);
 }
 
@@ -729,16 +729,19 @@ fn spheres_are_drawn_from_files() {
     assert_eq!((&line["method"], &line["exposure_ev"]), (&"reference".into(), &(-1.0).into()));
     image::RgbImage::from_pixel(4, 2, image::Rgb([200, 30, 30])).save(here.join("red.png")).unwrap();
     draw("c.png", &["--base-color", "red.png", "--normal", "red.png", "--metallic", "red.png"]);
-    let fails = |rest: &[&str], words: &[&str]| {
+    let refused = |rest: &[&str], words: &[&str]| {
         fails(here, &[&["preview", "-o", "d.png"], &files[..], &small[..], rest].concat(), words);
     };
-    fails(&["--roughness", "red.png", "--reference"], &["one roughness a sphere", "--roughness"]);
-    fails(&["--grid", "metallic,metallic"], &["--grid", "metallic,roughness"]);
-    fails(&["--grid", "metallic,rougness"], &["rougness", "roughness"]);
-    fails(&["--base-color", "1,2,3"], &["--base-color", "0 to 1"]);
-    fails(&["--base-color", "missing.png"], &["missing.png"]);
-    fails(&["--ndf", "ggx:ratio=0.5"], &["anisotropic", "--ndf"]);
-    fails(&["--tone", "filmic"], &["filmic", "aces"]);
-    fails(&["--rotate", "90"], &["cannot be turned", "--rotate"]);
-    fails(&["--env", "dfg.ktx2", "--lut", "sky.ktx2"], &["dfg.ktx2"]);
+    refused(&["--roughness", "red.png", "--reference"], &["one roughness a sphere", "--roughness"]);
+    refused(&["--grid", "metallic,metallic"], &["--grid", "metallic,roughness"]);
+    refused(&["--grid", "metallic,rougness"], &["rougness", "roughness"]);
+    refused(&["--base-color", "1,2,3"], &["--base-color", "0 to 1"]);
+    refused(&["--base-color", "missing.png"], &["missing.png"]);
+    refused(&["--ndf", "ggx:ratio=0.5"], &["anisotropic", "--ndf"]);
+    refused(&["--tone", "filmic"], &["filmic", "aces"]);
+    refused(&["--rotate", "90"], &["cannot be turned", "--rotate"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "dfg.ktx2"], &["dfg.ktx2"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "sky.ktx2", "--lut", "sky.ktx2"], &["table"]);
+    fails(here, &["preview", "-o", "d.gif"], &["d.gif", ".png"]);
+    fails(here, &["preview", "-o", "d.exr", "--compare"], &["--compare", ".png"]);
 }

@@ -58,8 +58,7 @@ fn kernels_draw_what_their_twins_draw() {
                     [gpu, &Backend::Cpu].map(|b| preview.render(method, &maps, b, &mut ignore).expect("drawn"));
                 let found = rms(&drawn, &twin);
                 println!("{ndf} {visibility} {method:?}: {found:.1e}");
-                // The sun's edge on a mirror is steep; elsewhere it is 1e-6.
-                assert!(found < 2e-3, "{ndf} {visibility} {method:?}: {found}");
+                assert!(found < 1e-5, "{ndf} {visibility} {method:?}: {found}");
                 let mut worst: Vec<f64> = drawn
                     .pixels
                     .iter()
@@ -67,7 +66,7 @@ fn kernels_draw_what_their_twins_draw() {
                     .map(|(a, b)| f64::from((a[1] - b[1]).abs() / b[1].max(1e-3)))
                     .collect();
                 worst.sort_by(f64::total_cmp);
-                assert!(worst[worst.len() / 2] < 1e-5, "median {}", worst[worst.len() / 2]);
+                assert!(worst[worst.len() / 2] < 1e-6, "median {}", worst[worst.len() / 2]);
             }
         }
     });
@@ -85,7 +84,7 @@ fn white_spheres_vanish_in_a_white_room() {
             let preview = Preview { compensate: true, ..Preview::new(scene.clone(), model) };
             for method in METHODS {
                 let picture = preview.render(method, &maps, backend, &mut ignore).expect("drawn");
-                // The reference's albedo is that of the view, the table's that of its first texel, where n·v is below it.
+                // Next to the horizon the albedo is steeper than a table between two texels.
                 let least = if method == Method::SplitSum { 0.0 } else { 0.1 };
                 let inside = |i: &usize| scene.inside(*i as u32 % 80, *i as u32 / 80, least).is_some();
                 let far = |i: usize| picture.pixels[i][..3].iter().map(|v| (v - 1.0).abs()).fold(0.0, f32::max);

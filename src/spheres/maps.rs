@@ -124,7 +124,10 @@ impl Maps {
         let table = match given.table {
             Some(table) => table.clone(),
             None => {
+                // With the values at both ends, where there are any: nothing is read beyond the last texel.
+                let points = if model.check_limits(true, true).is_ok() { Points::Edges } else { Points::Centers };
                 let request = TableRequest {
+                    points,
                     ndf: model.ndf.to_string(),
                     visibility: model.visibility.name.into(),
                     ..TableRequest::new("split-sum")
