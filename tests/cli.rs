@@ -57,6 +57,10 @@ fn every_container_is_baked_verified_and_described() {
         ("split-sum", "d.png"),
         ("albedo", "e.ktx2"),
         ("average-albedo", "f.exr"),
+        ("split-sum", "g.ktx"),
+        ("split-sum", "h.json"),
+        ("split-sum", "i.rs"),
+        ("albedo", "j.py"),
     ] {
         let line = succeeds(here, &["bake", table, "-o", file, "--size", "32"]);
         assert!(line.starts_with(file) && line.contains("max error") && line.trim_end().ends_with("cpu"), "{line}");
@@ -67,6 +71,60 @@ fn every_container_is_baked_verified_and_described() {
             assert!(info.contains(word), "'{word}' is not in: {info}");
         }
     }
+}
+
+#[test]
+fn containers_without_metadata_say_so_and_are_identified() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    for file in ["a.dds", "b.npy"] {
+        let output = run(here, &["bake", "split-sum", "-o", file, "--size", "32"]);
+        assert!(output.status.success() && text(&output.stderr).contains("does not say what it holds"), "{file}");
+        assert!(succeeds(here, &["verify", file]).contains("identified"), "{file}");
+    }
+}
+
+#[test]
+fn levels_are_compressed_and_blocks_searched_as_asked() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let size = |file: &str| std::fs::metadata(here.join(file)).unwrap().len();
+    succeeds(here, &["bake", "split-sum", "-o", "a.ktx2", "--size", "64"]);
+    succeeds(here, &["bake", "split-sum", "-o", "b.ktx2", "--size", "64", "--compression", "zstd"]);
+    assert!(size("b.ktx2") < size("a.ktx2"));
+    assert!(succeeds(here, &["verify", "b.ktx2"]).contains("right"));
+    let bake = |quality: &str| {
+        let options = ["--size", "64", "--encoding", "bc5", "--bc-quality", quality, "--json"];
+        let line = succeeds(here, &[&["bake", "split-sum", "-o", "c.ktx2"][..], &options].concat());
+        let value: serde_json::Value = serde_json::from_str(&line).unwrap();
+        value["rounding_rms"].as_f64().unwrap()
+    };
+    assert!(bake("slow") < bake("fast"));
+    assert!(succeeds(here, &["info", "c.ktx2"]).contains("encoding.error.relative.rms"));
+    let zstd = ["bake", "split-sum", "-o", "d.exr", "--compression", "zstd"];
+    fails(here, &zstd, &["OpenEXR is not compressed by zstd", "drop --compression, or write a .ktx2 file"]);
+    fails(here, &["bake", "split-sum", "-o", "d.ktx2", "--compression", "lzma"], &["unknown compression 'lzma'"]);
+    fails(here, &["bake", "split-sum", "-o", "d.ktx2", "--bc-quality", "best"], &["unknown effort 'best'", "slow"]);
+}
+
+#[test]
+fn environments_go_into_the_containers_of_engines() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    picture(&here.join("a.hdr"), (64, 32), |x, y| 1.0 + ((x / 8 + y / 8) % 2) as f32);
+    for (file, encoding) in
+        [("a.env", "rgbd8"), ("b.ktx", "b10g11r11"), ("c.ktx2", "bc6h"), ("d.ktx2", "rgb9e5"), ("e.ktx2", "rgbm8")]
+    {
+        let line = succeeds(here, &["env", "a.hdr", "-o", file, "--size", "16", "--encoding", encoding]);
+        assert!(line.contains(encoding), "{line}");
+        assert!(succeeds(here, &["verify", file]).contains("right"), "{file}");
+        assert!(succeeds(here, &["verify", file, "--source", "a.hdr"]).contains("right"), "{file}");
+        assert!(succeeds(here, &["info", file]).contains("sh.irradiance"), "{file}");
+    }
+    succeeds(here, &["env", "a.hdr", "-o", "f.dds", "--size", "16"]);
+    fails(here, &["env", "a.hdr", "-o", "g.env", "--size", "24"], &["Babylon.js reads no cube of 24 texels"]);
+    fails(here, &["env", "a.hdr", "-o", "g.env", "--size", "16", "--mips", "3"], &["with 3 mips"]);
+    fails(here, &["env", "a.hdr", "-o", "g.ktx2", "--encoding", "rgba8unorm"], &["does not hold encoding rgba8unorm"]);
 }
 
 #[test]

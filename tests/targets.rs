@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use brdf_baker::bake::atlas;
 use brdf_baker::env::Equirect;
 use brdf_baker::format::{self, Encoding, Format};
 use brdf_baker::target::{self, TARGETS};
@@ -82,7 +83,9 @@ fn one_command_bakes_the_environment_of_an_engine() {
         let folder = TempDir::new().unwrap();
         let here = folder.path();
         sky(here);
-        let lines = json(here, &["env", "sky.hdr", "--for", target.name, "--size", "16"]);
+        // An atlas has one size.
+        let size = if preset.shape == atlas::NAME { atlas::SIDE.to_string() } else { "16".into() };
+        let lines = json(here, &["env", "sky.hdr", "--for", target.name, "--size", &size]);
         let file = format!("sky{}.{}", preset.suffix, preset.extension);
         let mut expected = vec![file.clone()];
         expected.extend(preset.beside.iter().map(|beside| target::beside_name(&file, preset, beside)));

@@ -80,7 +80,7 @@ impl VerifyArgs {
         let checked = Checked { file: self.file.clone(), extent, max_error: self.max_error, page };
         if texture.shape != Shape::Table {
             let source = self.source.as_deref();
-            return super::env::verify(checked, source, &texture, encoding, certificate, console);
+            return super::verify_environment::run(checked, source, &texture, encoding, certificate, console);
         }
 
         if self.source.is_some() {

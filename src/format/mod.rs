@@ -45,6 +45,7 @@ pub use self::png::Png;
 pub use self::sh::sh_json;
 pub use self::source::{C, C_HEADER, JAVASCRIPT, Language, PYTHON, RUST, TYPESCRIPT};
 
+use crate::bake::atlas;
 use crate::error::{Error, Result, nearest};
 use crate::texture::{Meta, Shape, Texture};
 
@@ -223,11 +224,16 @@ pub fn check_compression(format: &dyn Format, compression: Compression) -> Resul
 /// States in a texture's meta what a file that stores it so must say of its texels: their fingerprint, and what blocks lost.
 pub fn certify(texture: &mut Texture, storage: impl Into<Storage>) -> Result<()> {
     let storage = storage.into();
-    if storage.encoding.repr.is_blocks() {
-        let rounding = rounding(texture, storage)?;
+    let fingerprint = if storage.encoding.repr.is_blocks() {
+        // Blocks take long to encode: once for both.
+        let stored = encoding::stored(texture, storage)?;
+        let rounding = Rounding::between(texture, storage.encoding.repr, &stored);
         Steps::state(storage.encoding, &rounding, &mut texture.meta);
-    }
-    Fingerprint::of(texture, storage)?.state(&mut texture.meta);
+        Fingerprint::of_levels(&stored, texture.channels.len(), storage.encoding)?
+    } else {
+        Fingerprint::of(texture, storage)?
+    };
+    fingerprint.state(&mut texture.meta);
     Ok(())
 }
 
@@ -312,7 +318,7 @@ fn ascii(json: &str) -> String {
 
 /// Does the meta say that the texels are a picture of the sphere?
 fn is_map(meta: &Meta) -> bool {
-    matches!(meta.get("projection"), Some("equirect" | "octahedral"))
+    meta.get("projection").is_some_and(|name| matches!(name, "equirect" | "octahedral" | atlas::NAME))
 }
 
 fn is_line(text: &str) -> bool {

@@ -4,8 +4,7 @@
 // with the functions of page.mjs. Warnings and errors of the page's console are failures.
 import { spawn } from "node:child_process";
 import { createServer } from "node:http";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { basename, extname, join, normalize } from "node:path";
 
 const [page, folder, modules, ...more] = process.argv.slice(2);
@@ -70,7 +69,9 @@ const server = createServer(async (request, response) => {
   }
 });
 server.listen(0, "127.0.0.1", () => {
-  const profile = mkdtempSync(join(tmpdir(), "engines-"));
+  // Its processes may still write when it has ended: the next run clears up.
+  const profile = join(folder, "chromium");
+  rmSync(profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
   const chromium = spawn("chromium", [
     "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--disable-dev-shm-usage", `--user-data-dir=${profile}`, `http://127.0.0.1:${server.address().port}/`,
@@ -83,7 +84,6 @@ server.listen(0, "127.0.0.1", () => {
     clearTimeout(timer);
     chromium.removeAllListeners("exit");
     chromium.on("exit", () => {
-      rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
       const name = basename(page, ".mjs");
       said.forEach(line => console.error(`${name}: ${line}`));
       if (how !== "done") console.error(`${name}: ${how}`);

@@ -371,6 +371,7 @@ write_sky(work / "sky.exr")
 quadratic = lambda last: lambda m: 1 - (1 - m / last) ** 0.5
 linear = lambda last: lambda m: m / last
 same = lambda x, y, z: (x, y, z)
+playcanvas = same
 
 
 def env(target, *files):
@@ -424,6 +425,22 @@ specular, diffuse = env("materialx", "sky_specular.exr", "sky_irradiance.exr")
 materialx = lambda m: m / 9 if m / 9 < 0.5 else min(1, 2 * (m / 9 - 0.375)) ** 0.5
 check_map("materialx", read_exr(specular), 512, 10, materialx, same, 2e-3, equirect_direction)
 check_map("materialx diffuse", read_exr(diffuse), 64, 1, None, same, 2e-3, equirect_direction, lambert=True)
+
+(file,) = env("playcanvas", "sky_atlas.png")
+pixels = read_png(file)[0][0].astype(float) / 255
+atlas = (pixels[..., :3] * (8 - 7 * pixels[..., 3:])) ** 2
+tiles = [(0, 0, 512, 0)] + [(0, 512 - (512 >> i), 512 >> i, 2 * i / 11 if i < 6 else 1) for i in range(1, 7)]
+tiles += [(512 - (512 >> i), 512 - (512 >> i), 512 >> i, 0) for i in range(1, 6)] + [(128, 384, 64, None)]
+for left, top, width, roughness in tiles:
+    cosine = 2 / 3 if roughness is None else mean_cosine(roughness)
+    for x, y in ((0, 0), (width // 4, width // 8), (width - 1, width // 3), (width // 2, width // 2 - 1)):
+        # A gutter of one texel goes on across the edges.
+        phi = 2 * numpy.pi * ((x - 0.5) / (width - 2) - 0.5)
+        theta = numpy.pi * (y - 0.5) / (width // 2 - 2)
+        d = numpy.array([numpy.cos(phi) * numpy.sin(theta), numpy.cos(theta), numpy.sin(phi) * numpy.sin(theta)])
+        wide = 4 / width**2 if roughness == 0 else 0
+        expected = 1 + 0.5 * cosine * numpy.array(playcanvas(*d))
+        agree(f"playcanvas: tile at ({left}, {top}), texel ({x}, {y})", atlas[top + y, left + x], expected, 2e-2 + wide)
 
 (file,) = env("unity-hdrp", "sky_specular.dds")
 unity = lambda m: (1.7 - max(0, 2.89 - 2.8 * m / 6) ** 0.5) / 1.4

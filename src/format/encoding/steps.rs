@@ -10,6 +10,8 @@ const ABSOLUTE: &str = "encoding.error.absolute";
 const RELATIVE: &str = "encoding.error.relative";
 /// The key of the same figure's root mean square, of the level where it is largest.
 const RELATIVE_RMS: &str = "encoding.error.relative.rms";
+/// The key of the root mean square of the differences over that of the values, of the level where it is largest.
+const RMS: &str = "encoding.error.rms";
 
 /// An encoding's steps. Where texels are stored one by one, they follow from the value. What blocks lose is measured as
 /// they are written, and stated by the file.
@@ -52,6 +54,7 @@ impl Steps {
         meta.set(ABSOLUTE, bound(rounding.max_abs));
         meta.set(RELATIVE, bound(rounding.max_rel));
         meta.set(RELATIVE_RMS, bound(rounding.rms_rel));
+        meta.set(RMS, bound(rounding.rms));
     }
 
     /// The largest error that storing can have made near `value`, in a texel whose largest component is `largest`.
