@@ -4,11 +4,14 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use brdf_baker::axis::{Points, Warp};
-use brdf_baker::bake::{Backend, TableRequest};
+use brdf_baker::bake::{At, Backend, Model, TableJob, TableRequest, table};
 use brdf_baker::format::{self, Encoding, Format};
 use brdf_baker::progress::ignore;
 use brdf_baker::quadrature::gauss_legendre::gauss_legendre;
+use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::texture::Texture;
+use brdf_baker::verify::table::{Extent, check};
+use rayon::prelude::*;
 use tempfile::TempDir;
 
 mod common;
@@ -227,4 +230,220 @@ fn what_has_no_average_is_refused() {
     fails(here, 2, &["bake", "albedo", "-o", "a.ktx2", "--of", "e.ktx2"], &["bake average-albedo --of"]);
     fails(here, 2, &[&of("e.ktx2")[..], &["--size", "8"]].concat(), &["--of", "--size"]);
     assert!(!here.join("a.ktx2").exists());
+}
+
+/// Glass of an index, with the rule's model.
+fn glass(ior: f64) -> Model {
+    Model::parse("ggx", "smith").unwrap().with(Fresnel::dielectric(ior).unwrap())
+}
+
+/// Indices from both sides: window glass, diamond, and nearly none.
+const INDICES: [f64; 6] = [1.5, 1.0 / 1.5, 2.42, 1.0 / 2.42, 1.05, 1.0 / 1.05];
+
+/// Grazing and near-mirror corners, the neighbourhood of the critical angle, and `n` places between.
+fn places(ior: f64, n: usize) -> Vec<At> {
+    let mut angles = vec![1.0 / 1024.0, 0.02, 0.3, 1.0];
+    if ior < 1.0 {
+        let critical = (1.0 - ior * ior).sqrt();
+        angles.extend([critical - 0.01, critical, critical + 0.01]);
+    }
+    let mut list: Vec<At> = vec![];
+    for n_dot_v in angles {
+        list.extend([1.0 / 1024.0, 0.1, 0.4, 1.0].map(|roughness| At { n_dot_v, roughness }));
+    }
+    let mut random = Random(9);
+    let mut draw = || (-(512f64.ln()) * random.next()).exp();
+    list.extend((0..n).map(|_| At { n_dot_v: draw(), roughness: draw().sqrt() }));
+    list
+}
+
+#[test]
+fn glass_is_within_its_bounds_of_the_truth() {
+    let table = table("glass").unwrap();
+    for ior in INDICES {
+        let model = glass(ior);
+        let tolerance = model.tolerance(&table.facts().tolerance);
+        let list = places(ior, 10);
+        let errors: Vec<([f64; 2], At)> = list
+            .par_iter()
+            .map(|at| {
+                let (rule, truth) = (table.rule(&model, *at), table.truth(&model, *at, 0.1 * tolerance.worst));
+                assert!(truth.error <= 0.4 * tolerance.worst, "{ior} {at:?}: truth {:e}", truth.error);
+                ([0, 1].map(|c| (rule[c] - truth.value[c]).abs()), *at)
+            })
+            .collect();
+        for (c, name) in ["reflected", "transmitted"].into_iter().enumerate() {
+            let (worst, at) = errors.iter().map(|(e, at)| (e[c], at)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            println!("glass {ior:.4} {name}: worst {worst:.1e} at {at:?}, of {} places", errors.len());
+            assert!(worst <= tolerance.at(*at), "{ior} {name} {at:?}: {worst:e}");
+        }
+    }
+}
+
+#[test]
+fn glass_average_is_within_its_bounds_of_the_truth() {
+    let average = table("glass-average").unwrap();
+    for (ior, roughness) in [(1.5, 0.8), (1.0 / 1.5, 0.1), (1.0 / 2.42, 0.3)] {
+        let model = glass(ior);
+        let tolerance = model.tolerance(&average.facts().tolerance);
+        let at = At { n_dot_v: 1.0, roughness };
+        let (rule, truth) = (average.rule(&model, at), average.truth(&model, at, 0.1 * tolerance.worst));
+        let error = |c: usize| (rule[c] - truth.value[c]).abs();
+        println!("glass-average {ior:.4} {roughness}: {:.1e} {:.1e}, truth {:.1e}", error(0), error(1), truth.error);
+        assert!(error(0).max(error(1)) <= tolerance.worst, "{ior} {roughness}: {} {}", error(0), error(1));
+    }
+}
+
+#[test]
+fn average_transmission_is_reciprocal() {
+    // Power that crosses an interface under diffuse light is the same both ways, but for the area of the cone.
+    let average = table("glass-average").unwrap();
+    for ior in [1.1, 1.33, 1.5, 2.42] {
+        for roughness in [0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0] {
+            let at = At { n_dot_v: 1.0, roughness };
+            let [outside, inside] = [ior, 1.0 / ior].map(|ior| average.rule(&glass(ior), at)[1]);
+            let error = (outside - ior * ior * inside).abs();
+            println!("reciprocity {ior} {roughness}: {error:.1e}");
+            assert!(error <= 1e-6, "{ior}, roughness {roughness}: {outside} and {inside}, off by {error:e}");
+        }
+    }
+}
+
+/// Blender Cycles' published tables, entries of each.
+const CYCLES: &str = include_str!("golden/cycles_glass.txt");
+
+#[test]
+fn glass_agrees_with_the_published_tables_of_cycles() {
+    let ends = |i: &str, n: f64| i.parse::<f64>().map_or(1.0, |i| (i / n).max(1e-4));
+    let (mut compared, mut inside) = (0, 0.0f64);
+    let mut worst = [0.0f64; 3];
+    for line in CYCLES.lines().filter(|l| !l.starts_with('#')) {
+        let words: Vec<&str> = line.split(' ').collect();
+        let [name, z, mu, roughness, published] = words[..] else { panic!("{line}") };
+        let (z, published) = (ends(z, 15.0), published.parse::<f64>().unwrap());
+        let at =
+            At { n_dot_v: ends(mu, 15.0), roughness: ends(roughness, if name == "ggx_Eavg" { 31.0 } else { 15.0 }) };
+        let index = (1.0 + z * z) / (1.0 - z * z);
+        let total = |name: &str, index: f64| table(name).unwrap().rule(&glass(index), at)[2];
+        let (found, kind) = match name {
+            "ggx_glass_E" => (total("glass", index), 0),
+            "ggx_glass_Eavg" => (total("glass-average", index), 1),
+            "ggx_Eavg" => (table("average-albedo").unwrap().rule(&glass(1.5), at)[0], 2),
+            _ => {
+                // Theirs counts rays that a facet refracts to the side that they come from.
+                let found = total("glass", 1.0 / index);
+                assert!(found <= published + 1e-5, "{line}: {found}");
+                inside = inside.max(published - found);
+                continue;
+            }
+        };
+        let error = (found - published).abs();
+        worst[kind] = worst[kind].max(error);
+        assert!(error <= 1e-5, "{line}: {found}");
+        compared += 1;
+    }
+    let [e, mean, metal] = worst;
+    println!("Cycles, {compared} entries: ggx_glass_E {e:.1e}, ggx_glass_Eavg {mean:.1e}, ggx_Eavg {metal:.1e}");
+    println!("Cycles from inside: up to {inside:.3} too high");
+    assert!(compared == 191 && inside > 0.1, "{compared} {inside}");
+}
+
+#[test]
+fn glass_of_no_roughness_is_a_flat_surface() {
+    for ior in INDICES {
+        let model = glass(ior);
+        for n_dot_v in [0.0, 0.2, 0.7, 1.0] {
+            let [r, t, total, _] = table("glass").unwrap().rule(&model, At { n_dot_v, roughness: 0.0 });
+            assert!((r - model.fresnel.weights(n_dot_v)[1]).abs() < 1e-12 && (total - 1.0).abs() < 1e-12, "{r} {t}");
+            // A narrow lobe is nearly that, away from the critical angle and the horizon.
+            let near = table("glass").unwrap().rule(&model, At { n_dot_v: 0.9, roughness: 0.02 });
+            let flat = table("glass").unwrap().rule(&model, At { n_dot_v: 0.9, roughness: 0.0 });
+            assert!((near[0] - flat[0]).abs() < 1e-3 && (near[1] - flat[1]).abs() < 1e-3, "{ior}: {near:?} {flat:?}");
+        }
+        // Nothing is made, and from inside nothing leaves along the horizon.
+        for at in places(ior, 20) {
+            let total = table("glass").unwrap().rule(&model, at)[2];
+            assert!(total <= 1.0 + 2e-6, "{ior} {at:?}: {total}");
+        }
+        if ior < 1.0 {
+            assert_eq!(table("glass").unwrap().rule(&model, At { n_dot_v: 0.0, roughness: 0.5 })[1], 0.0);
+        }
+    }
+}
+
+#[test]
+fn glass_agrees_with_its_twin_on_a_device() {
+    common::on_gpu(|backend| {
+        for ior in [1.5, 1.0 / 1.5, 2.42, 1.0 / 1.05] {
+            for points in [Points::Centers, Points::Edges] {
+                for (name, size) in [("glass", (32, 24)), ("glass-average", (12, 1))] {
+                    let fresnel = Some(Fresnel::dielectric(ior).unwrap());
+                    let channels = Some(["reflected", "transmitted", "total"].map(String::from).to_vec());
+                    let request = TableRequest { size, points, fresnel, channels, ..TableRequest::new(name) };
+                    let job = request.resolve().unwrap();
+                    let texture = job.run(backend, &mut ignore).unwrap();
+                    let mut errors = vec![];
+                    for y in 0..texture.height {
+                        for x in 0..texture.width {
+                            let at = job.at(x, y);
+                            for (found, expected) in texture.texel(0, 0, x, y).iter().zip(job.rule(at)) {
+                                errors.push((f64::from(*found) - expected).abs());
+                                assert!(errors[errors.len() - 1] <= job.loosest().at(at), "{name} {ior} {at:?}");
+                            }
+                        }
+                    }
+                    errors.sort_by(f64::total_cmp);
+                    let (worst, median) = (errors[errors.len() - 1], errors[errors.len() / 2]);
+                    println!("{name} {ior:.4} {points:?}: twin worst {worst:.1e}, median {median:.1e}");
+                    assert!(median <= 2e-7, "{name} {ior}: median {median:e}");
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn faults_of_glass_are_seen() {
+    let request = |ior: f64| TableRequest {
+        size: (24, 24),
+        fresnel: Some(Fresnel::dielectric(ior).unwrap()),
+        ..TableRequest::new("glass")
+    };
+    let failures =
+        |job: &TableJob, texture: &Texture| check(job, texture, None, Extent::Spot, &mut ignore).unwrap().failures;
+    for ior in [1.5, 1.0 / 1.5] {
+        let job = request(ior).resolve().unwrap();
+        let sound = job.run(&Backend::Cpu, &mut ignore).unwrap();
+        assert_eq!(failures(&job, &sound), Vec::<String>::new(), "the sound table must pass");
+        for channel in 0..2 {
+            let mut texture = sound.clone();
+            texture.levels[0].chunks_exact_mut(2).for_each(|texel| texel[channel] *= 1.001);
+            let found = failures(&job, &texture);
+            assert!(found.iter().any(|f| f.contains(&texture.channels[channel])), "{channel}: {found:?}");
+        }
+        // Power, not radiance; the other channel; an index that is 1 % off.
+        let mut texture = sound.clone();
+        texture.levels[0].chunks_exact_mut(2).for_each(|texel| texel.swap(0, 1));
+        assert!(!failures(&job, &texture).is_empty());
+        assert!(!failures(&request(1.01 * ior).resolve().unwrap(), &sound).is_empty());
+    }
+}
+
+#[test]
+fn what_is_no_glass_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let bake = |more: &[&'static str]| [&["bake", "glass", "-o", "a.ktx2"], more].concat();
+    fails(here, 2, &bake(&["--material", "copper"]), &["glass is a dielectric", "--ior"]);
+    fails(here, 2, &bake(&["--ndf", "beckmann"]), &["beckmann", "ggx with smith"]);
+    fails(here, 2, &bake(&["--visibility", "cook-torrance"]), &["cook-torrance"]);
+    fails(here, 2, &bake(&["--ior", "1"]), &["refractive index of 1 "]);
+    assert!(!here.join("a.ktx2").exists());
+    for (ior, file) in [("1.5", "outside.ktx2"), ("0.6666666", "inside.exr")] {
+        succeeds(here, &["bake", "glass", "-o", file, "--size", "16", "--ior", ior, "--channels", "total,transmitted"]);
+        assert!(succeeds(here, &["verify", file, "--full"]).contains("right"), "{file}");
+        assert!(succeeds(here, &["info", file]).contains("dielectric:ior="));
+    }
+    succeeds(here, &["bake", "glass-average", "-o", "average.ktx2", "--size", "8", "--ior", "0.6666666"]);
+    assert!(succeeds(here, &["verify", "average.ktx2"]).contains("right"));
 }

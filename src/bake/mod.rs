@@ -4,6 +4,8 @@ mod albedo;
 mod average_albedo;
 pub mod backend;
 pub mod companion;
+mod glass;
+mod glass_average;
 pub mod grid;
 pub mod model;
 pub mod quality;
@@ -131,7 +133,13 @@ pub trait Table: Sync {
 }
 
 /// Every table, in the order of their documentation.
-pub static TABLES: &[&dyn Table] = &[&split_sum::SplitSum, &albedo::Albedo, &average_albedo::AverageAlbedo];
+pub static TABLES: &[&dyn Table] = &[
+    &split_sum::SplitSum,
+    &albedo::Albedo,
+    &average_albedo::AverageAlbedo,
+    &glass::Glass,
+    &glass_average::GlassAverage,
+];
 
 /// The table with this name.
 pub fn table(name: &str) -> Result<&'static dyn Table> {
@@ -580,7 +588,8 @@ impl TableJob {
         }
         meta.set("alpha", "roughness^2");
         let exact = "share of white light that the material reflects by single scattering";
-        meta.set("usage", if self.model.fresnel.is_exact() { exact } else { facts.usage });
+        let of_a_share = self.model.fresnel.is_exact() && !facts.fresnel.is_exact();
+        meta.set("usage", if of_a_share { exact } else { facts.usage });
         meta.set("source", facts.source);
         if let Some(stored) = &self.of {
             meta.set("of", stored);

@@ -20,7 +20,7 @@ use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
-    /// split-sum, albedo or average-albedo
+    /// split-sum, albedo, average-albedo, glass or glass-average
     table: String,
     /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
