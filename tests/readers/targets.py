@@ -170,7 +170,7 @@ def read_ktx1(path):
     if data[:12] != b"\xabKTX 11\xbb\r\n\x1a\n":
         fail(f"{path.name} is no KTX")
     (endian, gl_type, _, _, internal, _, width, height, _, _, faces, mips, key_bytes) = struct.unpack_from("<13I", data, 12)
-    if (endian, gl_type, internal, faces) != (0x04030201, 0x8C3B, 0x8C3A, 6):
+    if (endian, gl_type, internal, faces) != (0x04030201, 0x8C3A, 0x8C3A, 6):
         fail(f"{path.name}: type {gl_type:#x}, internal format {internal:#x}, {faces} faces")
     keys, at = {}, 64
     while at < 64 + key_bytes:
