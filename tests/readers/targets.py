@@ -385,8 +385,8 @@ def env(target, *files):
 specular, diffuse = env("bevy", "sky_specular.ktx2", "sky_diffuse.ktx2")
 reversed_z = lambda x, y, z: (x, y, -z)
 levels = read_ktx2(specular)
-check_map("bevy", levels, 256, 7, linear(6), reversed_z, 2e-3)
-if len(levels) != 7:
+check_map("bevy", levels, 512, 8, linear(7), reversed_z, 2e-3)
+if len(levels) != 8:
     fail(f"bevy: {len(levels)} mips")
 check_map("bevy diffuse", read_ktx2(diffuse), 32, 1, None, reversed_z, 2e-3, lambert=True)
 
@@ -399,14 +399,14 @@ if len(levels) != 6:
 (file,) = env("babylon", "sky.env")
 levels, header = read_env(file)
 babylon = lambda m: 0 if m == 0 else min(1, 2 ** (m / 0.8) / 256) ** 0.5
-check_map("babylon", levels, 256, 9, babylon, same, 3e-2)
+check_map("babylon", levels, 256, 9, babylon, lambda x, y, z: (z, y, x), 3e-2)
 # Irradiance over pi of the sky is 1 + d.axis/3 in each channel. Babylon.js divides the linear part by 2/3 when it reads it.
 polynomial = header["irradiance"]
-for i, axis in enumerate("xyz"):
+for i, axis in enumerate("zyx"):
     agree(f"babylon: irradiance along {axis}", numpy.array(polynomial[axis]), numpy.eye(3)[i] * 2 / 9, 2e-3)
 
 specular, skybox = env("filament", "sky_ibl.ktx", "sky_skybox.ktx")
-mirrored = lambda x, y, z: (-x, y, z)
+mirrored = lambda x, y, z: (z, y, -x)
 levels, keys = read_ktx1(specular)
 check_map("filament", levels, 256, 5, quadratic(4), mirrored, 3e-2)
 check_map("filament skybox", read_ktx1(skybox)[0], 256, 1, None, mirrored, 3e-2)
