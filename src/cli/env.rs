@@ -183,8 +183,8 @@ impl Wanted {
         storage::warn_of_lost_meta(format, &path, console);
         if written.rounding.clamped > 0 {
             console.warn(&format!(
-                "{} values of '{}' exceed {}, the most that {} holds, and were clamped; --exposure or --clamp, or another \
-                 --encoding, keeps them apart",
+                "{} values of '{}' exceed {}, the most that {} holds, and were clamped; --encoding rgba32f in a .ktx2 or .exr \
+                 file keeps them, a lower --exposure too",
                 written.rounding.clamped,
                 path.display(),
                 encoding.repr.range().end(),

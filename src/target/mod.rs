@@ -131,7 +131,7 @@ impl EnvironmentPreset {
     const EQUIRECT: EnvironmentPreset = EnvironmentPreset {
         shape: "equirect",
         size: 1024,
-        mips: Mips::Exactly(1),
+        mips: Mips::AtMost(1),
         extension: "exr",
         suffix: "_equirect",
         ..EnvironmentPreset::CUBE
@@ -143,8 +143,8 @@ impl EnvironmentPreset {
 pub enum Mips {
     /// Down to this many texels along an edge.
     DownTo(u32),
-    /// This many.
-    Exactly(u32),
+    /// This many, or down to one texel.
+    AtMost(u32),
 }
 
 impl Mips {
@@ -152,7 +152,7 @@ impl Mips {
     pub fn of(self, size: u32) -> u32 {
         match self {
             Mips::DownTo(least) => size.max(least).ilog2() - least.ilog2() + 1,
-            Mips::Exactly(mips) => mips,
+            Mips::AtMost(mips) => mips.min(size.max(1).ilog2() + 1),
         }
     }
 }
@@ -392,7 +392,8 @@ mod tests {
         assert_eq!(Mips::DownTo(1).of(256), 9);
         assert_eq!(Mips::DownTo(8).of(256), 6);
         assert_eq!(Mips::DownTo(8).of(4), 1);
-        assert_eq!(Mips::Exactly(7).of(128), 7);
+        assert_eq!(Mips::AtMost(7).of(128), 7);
+        assert_eq!(Mips::AtMost(7).of(16), 5);
     }
 
     #[test]

@@ -14,7 +14,7 @@ pub(super) static TARGET: Target = Target {
     environment: Some(EnvironmentPreset {
         shape: atlas::NAME,
         size: atlas::SIDE,
-        mips: Mips::Exactly(7),
+        mips: Mips::AtMost(7),
         law: RoughnessLaw::Playcanvas,
         extension: "png",
         encoding: "rgbp8",
