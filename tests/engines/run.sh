@@ -1,7 +1,7 @@
 #!/bin/sh
 # Draws spheres in real engines with what brdf-baker bakes, and compares them with an f64 reference.
 #
-#   tests/engines/run.sh [ENGINE...]     default: all but bevy, whose first build takes long
+#   tests/engines/run.sh [ENGINE...]     default: all but bevy, whose first build takes long, and blender, which is large
 #
 # Engines come from their package registries into target/engines; Chromium, node and npm from apt when they are missing.
 # An engine is a script here: it bakes, draws, and compares. Pictures stay in target/engines; with PICTURES=FOLDER small ones
@@ -33,7 +33,7 @@ fi
 cargo build --quiet --release --bin brdf-baker --example spheres
 "$SPHERES" prepare "$WORK"
 
-[ $# -gt 0 ] || set -- three babylon filament playcanvas openimageio
+[ $# -gt 0 ] || set -- three babylon filament playcanvas
 failed=
 for engine; do
     start=$(date +%s)
