@@ -552,9 +552,20 @@ fn unwritable_folder_is_refused() {
 #[test]
 fn help_of_each_command_ends_with_examples() {
     let folder = TempDir::new().unwrap();
-    for command in
-        ["bake", "env", "sky", "curves", "verify", "identify", "info", "devices", "list", "materials", "completions"]
-    {
+    for command in [
+        "bake",
+        "env",
+        "sky",
+        "curves",
+        "preview",
+        "verify",
+        "identify",
+        "info",
+        "devices",
+        "list",
+        "materials",
+        "completions",
+    ] {
         let help =
             text(&Command::new(env!("CARGO_BIN_EXE_brdf-baker")).args([command, "--help"]).output().unwrap().stdout);
         let examples = help.split("Examples:").nth(1).unwrap_or_else(|| panic!("{command} --help has no examples"));
@@ -717,7 +728,7 @@ fn a_sky_is_written_described_and_filtered() {
     fails(here, &["sky", "-o", "a.exr", "--elevation", "-5"], &["elevation", "0 to 90"]);
     fails(here, &["sky", "-o", "a.exr", "--ground", "0.1,0.2"], &["--ground", "three"]);
     fails(here, &["sky", "-o", "a.exr", "--exposure", "-400"], &["--exposure"]);
-    fails(here, &["sky", "-o", "a.png"], &["PNG", ".exr"]);
+    fails(here, &["sky", "-o", "a.png"], &["a.png", ".exr"]);
     fails(here, &["sky", "-o", "a.exr", "--size", "0"], &["--size from 1"]);
 }
 
@@ -748,4 +759,47 @@ fn curves_and_tables_are_drawn() {
     fails(here, &["curves", "-o", "d.svg", "--curve", "alpha=2"], &["alpha", "'2'", "0.001 to 1"]);
     fails(here, &["curves", "-o", "d.svg", "--view", "95"], &["95", "0 to 89"]);
     fails(here, &["curves", "-o", "d.svg", "--size", "10x10"], &["10x10", "200x150"]);
+}
+
+#[test]
+fn spheres_are_drawn_from_files() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    succeeds(here, &["sky", "-o", "sky.exr", "--size", "32"]);
+    succeeds(
+        here,
+        &["env", "sky.exr", "-o", "sky.ktx2", "--size", "16", "--mips", "2", "--irradiance", "diffuse.ktx2"],
+    );
+    succeeds(here, &["bake", "split-sum", "-o", "dfg.ktx2", "--size", "16", "--flip-v", "--axes", "roughness,n_dot_v"]);
+    let files = ["--env", "sky.ktx2", "--lut", "dfg.ktx2", "--irradiance", "diffuse.ktx2"];
+    let small = ["--size", "48x32", "--spheres", "3x2", "--samples", "64", "--json"];
+    let draw = |output: &str, rest: &[&str]| {
+        let line = succeeds(here, &[&["preview", "-o", output], &files[..], &small[..], rest].concat());
+        serde_json::from_str::<serde_json::Value>(&line).unwrap()
+    };
+    let line = draw("a.png", &["--compare", "--compensate", "--material", "gold"]);
+    assert_eq!(line["spheres"].as_array().unwrap().len(), 6);
+    assert_eq!(line["spheres"][2]["metallic"], 1.0);
+    assert!(line["spheres"][5]["rms"].as_f64().unwrap() < 0.5);
+    let picture = image::open(here.join("a.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (3 * 48 + 8, 32));
+    let line = draw("b.exr", &["--reference", "--exposure", "-1"]);
+    assert_eq!((&line["method"], &line["exposure_ev"]), (&"reference".into(), &(-1.0).into()));
+    image::RgbImage::from_pixel(4, 2, image::Rgb([200, 30, 30])).save(here.join("red.png")).unwrap();
+    draw("c.png", &["--base-color", "red.png", "--normal", "red.png", "--metallic", "red.png"]);
+    let refused = |rest: &[&str], words: &[&str]| {
+        fails(here, &[&["preview", "-o", "d.png"], &files[..], &small[..], rest].concat(), words);
+    };
+    refused(&["--roughness", "red.png", "--reference"], &["one roughness a sphere", "--roughness"]);
+    refused(&["--grid", "metallic,metallic"], &["--grid", "metallic,roughness"]);
+    refused(&["--grid", "metallic,rougness"], &["rougness", "roughness"]);
+    refused(&["--base-color", "1,2,3"], &["--base-color", "0 to 1"]);
+    refused(&["--base-color", "missing.png"], &["missing.png"]);
+    refused(&["--ndf", "ggx:ratio=0.5"], &["anisotropic", "--ndf"]);
+    refused(&["--tone", "filmic"], &["filmic", "aces"]);
+    refused(&["--rotate", "90"], &["cannot be turned", "--rotate"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "dfg.ktx2"], &["dfg.ktx2"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "sky.ktx2", "--lut", "sky.ktx2"], &["table"]);
+    fails(here, &["preview", "-o", "d.gif"], &["d.gif", ".png"]);
+    fails(here, &["preview", "-o", "d.exr", "--compare"], &["--compare", ".png"]);
 }

@@ -204,7 +204,7 @@ impl PreviewArgs {
         let backend = Backend::open(&global.device, global.validate)?;
         let given = Given { table: table.as_ref(), specular: light.cube.as_ref(), diffuse: diffuse.as_ref() };
         let on = &mut |p: brdf_baker::progress::Progress<'_>| console.progress(p);
-        let maps = Maps::new(light.environment.as_ref(), given, &preview.model, &backend, on)?;
+        let maps = Maps::new(light.environment.as_ref(), given, &preview.model, spheres::SIZE, &backend, on)?;
         let drawn: Vec<Picture> =
             methods.iter().map(|m| preview.render(*m, &maps, &backend, on)).collect::<Result<_>>()?;
         backend.check_messages()?;

@@ -16,7 +16,7 @@
 //!
 //! // White spheres in a white room, with compensation: nothing is to be seen.
 //! let (model, room) = (Model::parse("ggx", "smith")?, furnace());
-//! let maps = Maps::new(Some(&(&room).into()), Given::default(), &model, &Backend::Cpu, &mut ignore)?;
+//! let maps = Maps::new(Some(&(&room).into()), Given::default(), &model, 16, &Backend::Cpu, &mut ignore)?;
 //! let white = Sphere { base: [1.0; 3], metallic: 0.0, roughness: 0.0, f0: 0.04 };
 //! let axes = [Some(Property::Metallic), Some(Property::Roughness)];
 //! let scene = Scene::grid((48, 48), [3, 3], axes, white)?;
@@ -34,7 +34,7 @@ mod pictures;
 mod scene;
 mod shade;
 
-pub use maps::{Given, Maps, furnace, kernel};
+pub use maps::{Given, Maps, SIZE, furnace, kernel};
 pub use picture::{Difference, Picture, Tone};
 pub use pictures::{Files, Pictures};
 pub use scene::{MAX_SIZE, MAX_SPHERES, Property, RADIUS, Scene, Seen, Sphere};
