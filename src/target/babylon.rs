@@ -20,7 +20,8 @@ pub(super) static TARGET: Target = Target {
             "const brdf = new BABYLON.Texture('{file}', scene, true, false, BABYLON.Texture.BILINEAR_SAMPLINGMODE);
 brdf.isRGBD = true;
 brdf.wrapU = brdf.wrapV = BABYLON.Texture.CLAMP_ADDRESSMODE;
-scene.environmentBRDFTexture = brdf;",
+brdf.onLoadObservable.addOnce(() => BABYLON.RGBDTextureTools.ExpandRGBDTexture(brdf)); // codes must not be blended
+scene.environmentBRDFTexture = brdf; // before the first material",
         ..TablePreset::SPLIT_SUM
     }],
     environment: Some(EnvironmentPreset {

@@ -5,7 +5,8 @@ import { fromTheTop, json, LOOKS, script, send, url } from "./page.mjs";
 export default async function draw() {
   await script("/npm/babylonjs/babylon.js");
   const engine = new BABYLON.Engine(document.createElement("canvas"), false);
-  const layout = await json("lights.json");
+  const lights = await json("lights.json");
+  const prefiltered = file => scene => BABYLON.CubeTexture.CreateFromPrefilteredData(url(file), scene);
 
   function ready(texture) {
     return new Promise((resolve, reject) => {
@@ -32,13 +33,22 @@ export default async function draw() {
     return new Float32Array(pixels);
   }
 
-  async function picture(name, texture, rightHanded) {
+  async function picture(name, layout, texture, table, rightHanded) {
     const scene = new BABYLON.Scene(engine);
     scene.useRightHandedSystem = rightHanded;
     scene.clearColor = new BABYLON.Color4(0, 0, 0, 1);
     // No curve and no sRGB: that would be the post-process's work.
     scene.imageProcessingConfiguration.applyByPostProcess = true;
     scene.environmentTexture = await ready(texture(scene));
+    if (table) {
+      // Before the first material: each takes the scene's table when it is made.
+      const brdf = new BABYLON.Texture(url("babylon_brdf.png"), scene, true, false, BABYLON.Texture.BILINEAR_SAMPLINGMODE);
+      brdf.isRGBD = true;
+      brdf.wrapU = brdf.wrapV = BABYLON.Texture.CLAMP_ADDRESSMODE;
+      scene.environmentBRDFTexture = await ready(brdf);
+      // To half floats, as the engine does with its own: an encoded texel must not be blended with its neighbour.
+      BABYLON.RGBDTextureTools.ExpandRGBDTexture(brdf);
+    }
     // In a left-handed world the viewer looks along +Z, in a right-handed one along -Z.
     const towards = rightHanded ? 1 : -1;
     for (const { centre, colour, metallic, roughness } of layout.spheres) {
@@ -75,9 +85,12 @@ export default async function draw() {
   }
 
   for (const [hand, rightHanded] of [["left", false], ["right", true]]) {
-    const prefiltered = scene => BABYLON.CubeTexture.CreateFromPrefilteredData(url("lights.env"), scene);
     const panorama = scene => new BABYLON.HDRCubeTexture(url("lights.hdr"), scene, 128, false, true, false, true);
-    await picture(`babylon-${hand}-ours`, prefiltered, rightHanded);
-    await picture(`babylon-${hand}-own`, panorama, rightHanded);
+    await picture(`babylon-${hand}-ours`, lights, prefiltered("lights.env"), true, rightHanded);
+    await picture(`babylon-${hand}-own`, lights, panorama, false, rightHanded);
   }
+  // The same maps with either table.
+  const spheres = await json("spheres.json");
+  await picture("babylon-table-ours", spheres, prefiltered("lights.env"), true, false);
+  await picture("babylon-table-own", spheres, prefiltered("lights.env"), false, false);
 }

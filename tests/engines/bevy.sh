@@ -14,5 +14,5 @@ for job in ours own table lights; do
     if grep -E 'ERROR|WARN' bevy.log | grep -vE 'software rendering|readback result'; then exit 1; fi
 done
 "$SPHERES" lights bevy bevy-lights.f32 --background bevy-background.f32
-"$SPHERES" compare "$WORK" --formula bevy ${PICTURES:+--png "$PICTURES/bevy.png"} \
+"$SPHERES" compare "$WORK" --formula bevy --bound "$BOUND" ${PICTURES:+--png "$PICTURES/bevy.png"} \
     ours@8=bevy-ours.f32 own@10=bevy-own.f32 table@8=bevy-table.f32

@@ -76,7 +76,7 @@ server.listen(0, "127.0.0.1", () => {
   // Its processes may still write when it has ended: the next run clears up.
   const profile = join(folder, "chromium");
   rmSync(profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
-  const chromium = spawn("chromium", [
+  const chromium = spawn(process.env.CHROMIUM ?? "chromium", [
     "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--disable-dev-shm-usage", `--user-data-dir=${profile}`, `http://127.0.0.1:${server.address().port}/`,
   ], { stdio: ["ignore", "ignore", "pipe"] });

@@ -3,7 +3,8 @@
 //! ```text
 //! spheres prepare FOLDER                     writes sky.exr, lights.exr, spheres.json, lights.json
 //! spheres compare FOLDER --formula NAME ...  pictures of spheres.json against the reference
-//! spheres lights FOLDER PICTURE ...          is every light of lights.exr where it belongs?
+//! spheres alike NAME PICTURE OTHER           two pictures of spheres.json against each other
+//! spheres lights NAME PICTURE ...            is every light of lights.exr where it belongs?
 //! ```
 //!
 //! Pictures are raw: red, green, blue, alpha as little-endian f32, rows from the top.
@@ -74,6 +75,18 @@ enum Command {
         #[arg(required = true)]
         pictures: Vec<String>,
     },
+    /// Compare two pictures of spheres.json with each other
+    Alike {
+        /// What to call them
+        name: String,
+        /// The one that is looked at
+        picture: PathBuf,
+        /// The one that it should be like
+        other: PathBuf,
+        /// Largest rms of a sphere, relative to its mean
+        #[arg(long, default_value_t = 0.02)]
+        bound: f64,
+    },
     /// Look for the lights in a picture of lights.json
     Lights {
         /// What to call the engine
@@ -98,6 +111,7 @@ fn main() -> ExitCode {
         Command::Compare { folder, formula, source, bound, png, pictures } => {
             compare(source.unwrap_or(folder.join("sky.exr")), &formula, bound, png, &pictures)
         }
+        Command::Alike { name, picture, other, bound } => alike(&name, &picture, &other, bound),
         Command::Lights { name, picture, background, shows, png } => {
             FileAxes::parse(&shows).and_then(|axes| lights(&name, &picture, background, &axes, png))
         }
@@ -264,6 +278,27 @@ fn compare(source: PathBuf, formula: &str, bound: f64, png: Option<PathBuf>, pic
         right &= holds;
     }
     println!("{}: {}", formula.name, if right { "right" } else { "WRONG" });
+    Ok(right)
+}
+
+fn alike(name: &str, picture: &Path, other: &Path, bound: f64) -> Result<bool> {
+    let scene = Scene::spheres(TILE_PX);
+    let [picture, other] = [Picture::read(picture, scene.size_px())?, Picture::read(other, scene.size_px())?];
+    let differences: Vec<f64> = (0..scene.spheres.len())
+        .map(|i| {
+            let pixels: Vec<[u32; 2]> = scene.points(i, 1).map(|(pixel, _)| pixel).collect();
+            let expected: Vec<[f64; 3]> = pixels.iter().map(|pixel| other.at(*pixel)).collect();
+            rms(&picture, &pixels, &expected)
+        })
+        .collect();
+    // Written so that NaN fails.
+    let right = differences.iter().all(|d| *d <= bound);
+    let worst = differences.iter().fold(0.0f64, |a, b| if *b <= a { a } else { *b });
+    println!(
+        "{name}: rms difference of a sphere at most {:.2} %{}",
+        100.0 * worst,
+        if right { "" } else { "  <- WRONG" }
+    );
     Ok(right)
 }
 

@@ -9,5 +9,5 @@ done
 "$BAKER" bake split-sum --for three -o three-dfg.ktx2 --size 128 --quiet
 node "$ENGINES/browser.mjs" three.mjs "$WORK" "$WORK/node_modules"
 "$SPHERES" lights three three-lights.f32 --background three-background.f32
-"$SPHERES" compare "$WORK" --formula three ${PICTURES:+--png "$PICTURES/three.png"} \
+"$SPHERES" compare "$WORK" --formula three --bound "$BOUND" ${PICTURES:+--png "$PICTURES/three.png"} \
     ours@6=three-ours.f32 own@6=three-own.f32 table@6=three-table.f32
