@@ -62,7 +62,12 @@ fn main() {
         }
         // The cone rules are for smooth terms (`Model::method`): no model asks for them with others.
         let smooth = name.starts_with("bake/cone");
-        let asked = |chosen: &BTreeMap<&str, String>| !smooth || !chosen.values().any(|text| has_kinks(text));
+        let opaque = |text: &String| !text.contains("#define TRANSPARENT\n");
+        let asked = |chosen: &BTreeMap<&str, String>| match name.as_str() {
+            // Transmission is for dielectrics.
+            "bake/transmit" => !chosen.values().any(opaque),
+            _ => !smooth || !chosen.values().any(|text| has_kinks(text)),
+        };
         for (name, chosen) in variants.into_iter().filter(|(_, chosen)| asked(chosen)) {
             let bytes = compile(&compiler, &root, source, &text, &chosen, &generated);
             let file = format!("{}.spv", name.replace('/', "-"));

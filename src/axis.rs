@@ -150,7 +150,7 @@ pub struct Axis {
 
 impl Axis {
     /// The position of texel `i`, in [0, 1].
-    fn position(&self, i: u32) -> f64 {
+    pub fn position(&self, i: u32) -> f64 {
         debug_assert!(i < self.len);
         let i = f64::from(if self.reversed { self.len - 1 - i } else { i } + self.shift);
         let t = match self.points {

@@ -167,3 +167,22 @@ fn what_an_engine_does_not_take_is_refused() {
     fails(here, &["env", "sky.hdr", "-o", "a.ktx2", "--file-axes", "x,y"], &["'x,y'", "x,y,-z"]);
     fails(here, &["env", "sky.hdr", "-o", "a.ktx2", "--roughness-law", "cubic"], &["unknown roughness law", "linear"]);
 }
+
+#[test]
+fn the_guide_has_every_command_and_the_code_that_info_prints() {
+    let guide = include_str!("../docs/engines.md");
+    let has = |text: &str, target: &str| assert!(guide.contains(text), "{target}: docs/engines.md lacks\n{text}");
+    for target in TARGETS {
+        for preset in target.tables {
+            has(&format!("brdf-baker bake {} --for {}", preset.table, target.name), target.name);
+            has(&preset.snippet.replace("{file}", &format!("{}.{}", preset.stem, preset.extension)), target.name);
+        }
+        if let Some(preset) = &target.environment {
+            has(&format!("brdf-baker env studio.exr --for {}", target.name), target.name);
+            let mut meta = Meta::default();
+            meta.set("target", target.name);
+            let file = format!("studio{}.{}", preset.suffix, preset.extension);
+            has(&target::snippet(&meta, &file).expect("every environment comes with code"), target.name);
+        }
+    }
+}

@@ -27,13 +27,21 @@ pub struct AverageAlbedo;
 /// 16 nodes reach 6e-8 for height-correlated Smith at every roughness; 20 leave the cone rule's error alone.
 const NODES: usize = 20;
 
+/// Panels on each side of the critical angle, each a quarter of the one before.
+const GRADES: i32 = 5;
+
 /// n·v and weights of E in 2 ∫ E mu dmu: Gauss–Legendre in √mu, on each side of the values at which E is not smooth.
-fn nodes(model: &Model) -> Vec<Node> {
+pub(super) fn nodes(model: &Model) -> Vec<Node> {
     let mut breaks = vec![0.0, 1.0];
     if let Some(critical) = model.fresnel.kink() {
         // Where the normal, the mirror direction's facet, and the horizon's reach the critical angle.
         let sine = model.fresnel.optics.eta[0];
         breaks.extend([critical, sine, 2.0 * sine * critical]);
+        // Around the critical angle a narrow lobe changes within its own width, whatever that is.
+        for k in 1..=GRADES {
+            let step = 0.5 * 0.25f64.powi(k);
+            breaks.extend([critical - step, critical + step].into_iter().filter(|mu| (0.0..1.0).contains(mu)));
+        }
     }
     if model.visibility.kinks.is_some() {
         breaks.extend([0.5, FRAC_1_SQRT_2]);
@@ -112,20 +120,7 @@ impl Table for AverageAlbedo {
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
-        let alpha = alpha_of(at.roughness);
-        // Geometric panels down to the scale of alpha, where E changes: on one wide panel a coarse and a fine rule can
-        // agree by missing the same dip.
-        let mut breaks = vec![1.0];
-        while breaks[breaks.len() - 1] > 0.1 * alpha.max(1e-3) {
-            breaks.push(0.3 * breaks[breaks.len() - 1]);
-        }
-        breaks.push(0.0);
-        breaks.reverse();
-        let found = integrate(&breaks, 0.5 * tolerance, 100, |mu| {
-            let e = truth::albedo(model, mu, at.roughness, 0.2 * tolerance);
-            Estimate { value: e.value.map(|e| 2.0 * mu * e), error: 2.0 * mu * e.error }
-        });
-        Estimate { error: found.error.max(tolerance), ..found }
+        mean_truth(at.roughness, tolerance, |mu| truth::albedo(model, mu, at.roughness, 0.2 * tolerance))
     }
 
     fn bake(
@@ -140,13 +135,40 @@ impl Table for AverageAlbedo {
         let n_dot_v: Vec<f64> = rule.iter().map(|n| n.x).collect();
         let e = Grid { stage: "average-albedo", n_dot_v: &n_dot_v, roughness, first_slice: None }
             .run(backend, model, on)?;
-        let row = |e: &[f32]| {
-            let of = |c: usize| {
-                e.iter().skip(c).step_by(MAX_CHANNELS).zip(&rule).map(|(e, n)| n.weight * f64::from(*e)).sum::<f64>()
-                    as f32
-            };
-            [of(0), of(1), of(2), of(3)]
-        };
-        Ok(e.chunks_exact(rule.len() * MAX_CHANNELS).flat_map(row).collect())
+        Ok(means(&e, &rule))
     }
+}
+
+/// The means of rows of [`MAX_CHANNELS`] values a texel at the nodes of a rule.
+pub(super) fn means(texels: &[f32], rule: &[Node]) -> Vec<f32> {
+    let row = |texels: &[f32]| {
+        let of = |c: usize| {
+            let values = texels.iter().skip(c).step_by(MAX_CHANNELS);
+            values.zip(rule).map(|(v, n)| n.weight * f64::from(*v)).sum::<f64>() as f32
+        };
+        [of(0), of(1), of(2), of(3)]
+    };
+    texels.chunks_exact(rule.len() * MAX_CHANNELS).flat_map(row).collect()
+}
+
+/// 2 ∫ mu `of`(mu) dmu by adaptive integration, to about `tolerance`.
+pub(super) fn mean_truth(
+    roughness: f64,
+    tolerance: f64,
+    of: impl Fn(f64) -> Estimate<MAX_CHANNELS>,
+) -> Estimate<MAX_CHANNELS> {
+    let alpha = alpha_of(roughness);
+    // Geometric panels down to the scale of alpha, where E changes: on one wide panel a coarse and a fine rule can
+    // agree by missing the same dip.
+    let mut breaks = vec![1.0];
+    while breaks[breaks.len() - 1] > 0.1 * alpha.max(1e-3) {
+        breaks.push(0.3 * breaks[breaks.len() - 1]);
+    }
+    breaks.push(0.0);
+    breaks.reverse();
+    let found = integrate(&breaks, 0.5 * tolerance, 100, |mu| {
+        let e = of(mu);
+        Estimate { value: e.value.map(|e| 2.0 * mu * e), error: 2.0 * mu * e.error }
+    });
+    Estimate { error: found.error.max(tolerance), ..found }
 }

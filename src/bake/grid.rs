@@ -14,9 +14,10 @@ use crate::ndf::alpha_of;
 use crate::progress::{OnProgress, tick};
 use crate::rule::cone_elliptic::{self, Cone};
 use crate::rule::cone_nodes;
-use crate::rule::h_split::{Row, outer};
+use crate::rule::h_split::{Outer, Row, outer};
+use crate::rule::transmit;
 use crate::shaders;
-use crate::term::fresnel::WEIGHTS;
+use crate::term::fresnel::{WEIGHTS, Weights};
 
 /// Invocations a workgroup, as in `shaders/lib/table.glsl`.
 const WORKGROUP: u32 = 64;
@@ -57,12 +58,20 @@ impl Grid<'_> {
     /// Bakes all weights of the model's Fresnel term, [`WEIGHTS`] values a texel, on a Vulkan device or the processor.
     pub fn run(&self, backend: &Backend, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         match backend {
-            Backend::Cpu => self.on_cpu(model, on),
-            Backend::Gpu(gpu) => self.on_gpu(gpu, model, on),
+            Backend::Cpu => self.on_cpu(|at| model.rule(at), on),
+            Backend::Gpu(gpu) => self.on_gpu(gpu, model, model.method(), on),
         }
     }
 
-    fn on_cpu(&self, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+    /// Bakes what a dielectric interface transmits, the first of [`WEIGHTS`] values a texel; the others are 0.
+    pub fn transmitted(&self, backend: &Backend, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+        match backend {
+            Backend::Cpu => self.on_cpu(|at| [model.transmitted(at), 0.0, 0.0, 0.0], on),
+            Backend::Gpu(gpu) => self.on_gpu(gpu, model, Method::Transmit, on),
+        }
+    }
+
+    fn on_cpu(&self, rule: impl Fn(At) -> Weights + Sync, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         let columns = self.n_dot_v.len();
         let mut out = vec![f32::NAN; columns * self.roughness.len() * WEIGHTS];
         let slice = (FIRST_SLICE as usize).div_ceil(columns);
@@ -70,7 +79,7 @@ impl Grid<'_> {
             tick(on, self.stage, (i * slice) as f64 / self.roughness.len() as f64)?;
             rows.par_chunks_mut(WEIGHTS).enumerate().for_each(|(texel, out)| {
                 let roughness = self.roughness[i * slice + texel / columns];
-                let values = model.rule(At { n_dot_v: self.n_dot_v[texel % columns], roughness });
+                let values = rule(At { n_dot_v: self.n_dot_v[texel % columns], roughness });
                 out.iter_mut().zip(values).for_each(|(o, v)| *o = v as f32);
             });
         }
@@ -78,10 +87,9 @@ impl Grid<'_> {
         Ok(out)
     }
 
-    fn on_gpu(&self, gpu: &Gpu, model: &Model, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
-        let method = model.method();
-        let name = model.kernel();
-        let bindings = if method == Method::HSplit { 5 } else { 4 };
+    fn on_gpu(&self, gpu: &Gpu, model: &Model, method: Method, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+        let name = model.kernel(method);
+        let bindings = if matches!(method, Method::HSplit | Method::Transmit) { 5 } else { 4 };
         let kernel = gpu.kernel(&name, &shaders::spirv(&name), bindings, size_of::<Slice>() as u32)?;
         let n_dot_v: Vec<f32> = self.n_dot_v.iter().map(|x| *x as f32).collect();
         let n_dot_v = gpu.upload("n_dot_v", &n_dot_v)?;
@@ -101,7 +109,12 @@ impl Grid<'_> {
             match method {
                 Method::Cone => inputs.cone(gpu, band)?,
                 Method::ConeElliptic => inputs.cone_elliptic(gpu, model, self.n_dot_v, band)?,
-                Method::HSplit => inputs.h_split(gpu, model, self.n_dot_v, band)?,
+                Method::HSplit => inputs.h_split(gpu, model, self.n_dot_v, band, |row, n_dot_v, nodes| {
+                    outer(&model.ndf, model.visibility, &model.fresnel, row, n_dot_v, nodes);
+                })?,
+                Method::Transmit => inputs.h_split(gpu, model, self.n_dot_v, band, |row, n_dot_v, nodes| {
+                    transmit::outer(&model.ndf, &model.fresnel, row, n_dot_v, nodes);
+                })?,
             }
             let result = gpu.buffer("result", row_bytes * band.len() as u64)?;
             let buffers: Vec<&Buffer> = std::iter::once(&n_dot_v).chain(&inputs.buffers).chain([&result]).collect();
@@ -175,14 +188,21 @@ impl Inputs {
     }
 
     /// The rows and the polar nodes of a band, as `shaders/lib/h_table.glsl` reads them.
-    fn h_split(&mut self, gpu: &Gpu, model: &Model, n_dot_v: &[f64], band: &[f64]) -> Result<()> {
+    fn h_split(
+        &mut self,
+        gpu: &Gpu,
+        model: &Model,
+        n_dot_v: &[f64],
+        band: &[f64],
+        place: impl Fn(&Row, f64, &mut Vec<Outer>) + Sync,
+    ) -> Result<()> {
         let rows: Vec<_> = band
             .par_iter()
             .map(|roughness| {
                 let row = Row::new(&model.ndf, model.visibility, *roughness);
                 let (mut nodes, mut ends) = (vec![], vec![]);
                 for n_dot_v in n_dot_v {
-                    outer(&model.ndf, model.visibility, &model.fresnel, &row, *n_dot_v, &mut nodes);
+                    place(&row, *n_dot_v, &mut nodes);
                     ends.push(nodes.len() as u32);
                 }
                 (row.packed(), nodes, ends)

@@ -5,6 +5,8 @@ pub mod atlas;
 mod average_albedo;
 pub mod backend;
 pub mod companion;
+mod glass;
+mod glass_average;
 pub mod grid;
 pub mod model;
 pub mod quality;
@@ -12,18 +14,22 @@ pub mod roughness_law;
 pub(crate) mod slices;
 pub mod specular;
 mod split_sum;
+mod stored;
 
 pub use backend::Backend;
 pub use model::Model;
 pub use roughness_law::RoughnessLaw;
+pub use stored::Stored;
 
 use self::companion::{COMPANIONS, Companion};
 use crate::axis::{Axis, Coordinate, Points, Warp};
 use crate::error::{Error, Result, nearest};
+use crate::format::{Encoding, Fingerprint, Steps};
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
 use crate::term::fresnel::{Fresnel, WEIGHTS};
 use crate::texture::{Meta, Shape, Texture};
+use crate::verify::truth;
 
 /// Most channels that a table can compute.
 pub const MAX_CHANNELS: usize = WEIGHTS;
@@ -128,7 +134,13 @@ pub trait Table: Sync {
 }
 
 /// Every table, in the order of their documentation.
-pub static TABLES: &[&dyn Table] = &[&split_sum::SplitSum, &albedo::Albedo, &average_albedo::AverageAlbedo];
+pub static TABLES: &[&dyn Table] = &[
+    &split_sum::SplitSum,
+    &albedo::Albedo,
+    &average_albedo::AverageAlbedo,
+    &glass::Glass,
+    &glass_average::GlassAverage,
+];
 
 /// The table with this name.
 pub fn table(name: &str) -> Result<&'static dyn Table> {
@@ -151,6 +163,8 @@ pub struct TableJob {
     pub axes: Vec<Axis>,
     /// What each channel of a texel holds.
     pub channels: Vec<Source>,
+    /// The albedo table that this is the average of; `None` for the average of the albedo itself, and for other tables.
+    pub of: Option<Stored>,
 }
 
 /// Where a channel comes from.
@@ -194,6 +208,8 @@ pub struct TableRequest {
     pub row_shift: u32,
     /// Names of the channels.
     pub channels: Option<Vec<String>>,
+    /// The albedo table to average as a shader reads it: [`TableJob::of`].
+    pub of: Option<Stored>,
 }
 
 impl TableRequest {
@@ -210,7 +226,40 @@ impl TableRequest {
             flip_v: false,
             row_shift: 0,
             channels: None,
+            of: None,
         }
+    }
+
+    /// The request for the average of a stored albedo table, channel by channel and row by row.
+    pub fn average_of(albedo: &Texture, encoding: Encoding) -> Result<TableRequest> {
+        let job = TableJob::from_meta(albedo)?;
+        let along = |wanted| job.axes.iter().find(|a| a.warp.coordinate() == wanted);
+        let (Some(n_dot_v), Some(roughness), "albedo") =
+            (along(Coordinate::NDotV), along(Coordinate::Roughness), job.table.facts().name)
+        else {
+            return Err(Error::usage(
+                format!("it holds {}, not an albedo over n.v and roughness", job.table.facts().name),
+                "bake one with `brdf-baker bake albedo`",
+            ));
+        };
+        let averaged = |name: &String| if name == "albedo" { "average".into() } else { name.clone() };
+        let own = job.channels.iter().all(Source::is_of_table);
+        if !own || roughness.shift != 0 {
+            let what = if own { "its rows are shifted by a texel" } else { "it holds another BRDF beside the albedo" };
+            return Err(Error::usage(what, "bake an albedo without --for and with channels of its own"));
+        }
+        Ok(TableRequest {
+            size: (roughness.len, 1),
+            ndf: job.model.ndf.to_string(),
+            visibility: job.model.visibility.name.into(),
+            fresnel: Some(job.model.fresnel),
+            axes: Some(vec![roughness.warp.name().into()]),
+            points: roughness.points,
+            flip_v: roughness.reversed,
+            channels: Some(albedo.channels.iter().map(averaged).collect()),
+            of: Some(Stored::new(*n_dot_v, encoding)?),
+            ..TableRequest::new("average-albedo")
+        })
     }
 
     /// Checks every name and number.
@@ -220,6 +269,9 @@ impl TableRequest {
         let model = Model::parse(&self.ndf, &self.visibility)?.with(self.fresnel.unwrap_or(facts.fresnel));
         model.check()?;
         table.check(&model)?;
+        if self.of.is_some() && facts.name != "average-albedo" {
+            return Err(Error::usage(format!("{} is not the average of a stored table", facts.name), ""));
+        }
         let warps: Vec<Warp> = match &self.axes {
             None => facts.axes.iter().map(|a| a.plain()).collect(),
             Some(names) => names.iter().map(|n| Warp::parse(n)).collect::<Result<_>>()?,
@@ -288,7 +340,7 @@ impl TableRequest {
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
         }
-        Ok(TableJob { table, model, axes, channels })
+        Ok(TableJob { table, model, axes, channels, of: self.of })
     }
 }
 
@@ -327,6 +379,10 @@ impl TableJob {
 
     /// The f64 rule's values of the chosen channels.
     pub fn rule(&self, at: At) -> Vec<f64> {
+        if let Some(stored) = &self.of {
+            let rule = |at| Estimate { value: self.model.rule(at), error: 0.0 };
+            return self.of_stored(stored, at, rule).into_iter().map(|average| average.value[0]).collect();
+        }
         let all = if self.has_own() { self.table.rule(&self.model, at) } else { Values::default() };
         let value = |source: &Source| match source {
             Source::Table(c) => all[*c],
@@ -336,10 +392,42 @@ impl TableJob {
         self.channels.iter().map(value).collect()
     }
 
+    /// How far the channels of a right table may be from [`TableJob::rule`] because of what it was made from: the mean
+    /// rounding of the texels of a stored table.
+    pub fn source_rounding(&self, at: At) -> Vec<f64> {
+        let Some(stored) = &self.of else { return vec![0.0; self.channels.len()] };
+        let rule = |at| Estimate { value: self.model.rule(at), error: 0.0 };
+        self.of_stored(stored, at, rule).into_iter().map(|average| average.error).collect()
+    }
+
+    /// Averages over the texels of a stored table, from the albedo at a place; the errors include the texels' rounding.
+    fn of_stored(&self, stored: &Stored, at: At, albedo: impl Fn(At) -> Estimate<MAX_CHANNELS>) -> Vec<Estimate<1>> {
+        let steps = Steps::from(stored.encoding);
+        let mut sums = vec![Estimate { value: [0.0], error: 0.0 }; self.channels.len()];
+        for (n_dot_v, weight) in stored.n_dot_v.coordinates().into_iter().zip(stored.weights()) {
+            let e = albedo(At { n_dot_v, ..at });
+            let values = self.channels.iter().map(|source| match source {
+                Source::Table(c) => e.value[*c],
+                Source::Complement(_) => 1.0 - e.value[0],
+                Source::Companion(_) => unreachable!("TableRequest::average_of refuses companions"),
+            });
+            let values: Vec<f64> = values.collect();
+            let largest = values.iter().copied().fold(0.0, f64::max);
+            for (sum, value) in sums.iter_mut().zip(values) {
+                sum.value[0] += weight * value;
+                sum.error += weight * (e.error + steps.half_ulp_at(value, largest));
+            }
+        }
+        sums
+    }
+
     /// The truth of the chosen channels by adaptive integration, each with its own error, to about `share` of their
     /// bounds.
     pub fn truth(&self, at: At, share: f64) -> Vec<Estimate<1>> {
         let tolerance = share * self.model.tolerance(&self.table.facts().tolerance).worst;
+        if let Some(stored) = &self.of {
+            return self.of_stored(stored, at, |at| truth::albedo(&self.model, at.n_dot_v, at.roughness, tolerance));
+        }
         let all = match self.has_own() {
             true => self.table.truth(&self.model, at, tolerance),
             false => Estimate { value: Values::default(), error: 0.0 },
@@ -354,12 +442,42 @@ impl TableJob {
 
     /// The rule and its nodes, in words.
     pub fn rule_name(&self) -> String {
+        if let Some(stored) = &self.of {
+            return format!(
+                "linear filtering of {}, integrated exactly; {}",
+                stored.n_dot_v.len,
+                self.model.rule_name()
+            );
+        }
         let own = self.has_own().then(|| (self.table.facts().rule)(&self.model));
         let companions = self.channels.iter().filter_map(|source| match source {
             Source::Table(_) | Source::Complement(_) => None,
             Source::Companion(companion) => Some(format!("{} by {}", companion.channel.name, companion.rule_name())),
         });
         own.into_iter().chain(companions).collect::<Vec<_>>().join("; ")
+    }
+
+    /// The average of the stored `albedo` that [`TableRequest::average_of`] was asked for, from its texels.
+    pub fn average(&self, albedo: &Texture, encoding: Encoding) -> Result<Texture> {
+        let stored = self.of.as_ref().expect("a job of TableRequest::average_of");
+        let source = TableJob::from_meta(albedo)?;
+        let weights = stored.weights();
+        let across = source.axes[0].warp.coordinate() == Coordinate::NDotV;
+        let n = albedo.channels.len();
+        let mut texels = Vec::with_capacity(self.axes[0].len as usize * n);
+        for row in 0..self.axes[0].len {
+            let mut sums = vec![0.0; n];
+            for (column, weight) in (0..).zip(&weights) {
+                let (x, y) = if across { (column, row) } else { (row, column) };
+                let texel = albedo.texel(0, 0, x, y);
+                sums.iter_mut().zip(texel).for_each(|(sum, v)| *sum += weight * f64::from(*v));
+            }
+            texels.extend(sums.iter().enumerate().map(|(c, sum)| self.within_range(c, *sum as f32)));
+        }
+        let mut meta = self.meta(&Backend::Cpu);
+        meta.set("of.sha256", Fingerprint::of_stored(albedo, encoding)?.sha256);
+        let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
+        Ok(Texture { shape: Shape::Table, width: self.axes[0].len, height: 1, channels, levels: vec![texels], meta })
     }
 
     /// Bakes the table; its meta says everything but the measured error.
@@ -471,8 +589,12 @@ impl TableJob {
         }
         meta.set("alpha", "roughness^2");
         let exact = "share of white light that the material reflects by single scattering";
-        meta.set("usage", if self.model.fresnel.is_exact() { exact } else { facts.usage });
+        let of_a_share = self.model.fresnel.is_exact() && !facts.fresnel.is_exact();
+        meta.set("usage", if of_a_share { exact } else { facts.usage });
         meta.set("source", facts.source);
+        if let Some(stored) = &self.of {
+            meta.set("of", stored);
+        }
         meta.set("rule", self.rule_name());
         if let Some(note) = self.model.note() {
             meta.set("note", note);
@@ -511,6 +633,7 @@ impl TableJob {
                 })?,
             },
             channels: Some(texture.channels.clone()),
+            of: texture.meta.get("of").map(Stored::parse).transpose()?,
         };
         request.resolve()
     }

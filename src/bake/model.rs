@@ -9,6 +9,7 @@ use crate::rule::cone::mirror;
 use crate::rule::cone_elliptic::{self, cone_elliptic};
 use crate::rule::cone_nodes;
 use crate::rule::h_split::{Outer, Row, h_split, outer};
+use crate::rule::transmit::{self, transmit};
 use crate::term::fresnel::{Fresnel, Weights};
 use crate::term::visibility::{self, Bounded, Visibility};
 
@@ -32,6 +33,8 @@ pub enum Method {
     ConeElliptic,
     /// [`crate::rule::h_split`].
     HSplit,
+    /// [`crate::rule::transmit`], of what is not reflected.
+    Transmit,
 }
 
 /// A row and the model that it belongs to: neighbouring texels ask for the same one.
@@ -89,12 +92,13 @@ impl Model {
         Ok(())
     }
 
-    /// The kernel that bakes it, as [`crate::shaders::spirv`] knows it.
-    pub fn kernel(&self) -> String {
-        let rule = match self.method() {
+    /// The kernel that bakes it by a method, as [`crate::shaders::spirv`] knows it.
+    pub fn kernel(&self, method: Method) -> String {
+        let rule = match method {
             Method::Cone => "cone",
             Method::ConeElliptic => "cone_elliptic",
             Method::HSplit => "h_split",
+            Method::Transmit => return format!("bake/transmit+{}", self.fresnel.term.file),
         };
         format!("bake/{rule}+{}+{}", self.visibility.file, self.fresnel.term.file)
     }
@@ -102,6 +106,7 @@ impl Model {
     /// The rule's name and size, for certificates.
     pub fn rule_name(&self) -> String {
         match self.method() {
+            Method::Transmit => transmit::rule_name(&self.fresnel),
             Method::Cone => {
                 let (outer, inner) = (cone_nodes::OUTER, cone_nodes::INNER);
                 format!("cone {outer}x{inner}, {} nodes", outer * inner)
@@ -129,13 +134,26 @@ impl Model {
                     return cone_elliptic(ellipse, at.n_dot_v, self.visibility.g_over_n_dot_v, &self.fresnel);
                 }
             }
-            Method::HSplit => {}
+            Method::HSplit | Method::Transmit => {}
         }
         let row = self.row(at.roughness);
         NODES.with_borrow_mut(|nodes| {
             nodes.clear();
             outer(&self.ndf, self.visibility, &self.fresnel, &row, at.n_dot_v, nodes);
             h_split(self.visibility, &self.fresnel, &row, at.n_dot_v, nodes)
+        })
+    }
+
+    /// The f64 rule of what a dielectric interface transmits. The model has a dielectric's Fresnel term and a Smith term.
+    pub fn transmitted(&self, at: At) -> f64 {
+        let row = self.row(at.roughness);
+        if row.lobe.is_none() {
+            return 1.0 - self.fresnel.weights(at.n_dot_v)[1];
+        }
+        NODES.with_borrow_mut(|nodes| {
+            nodes.clear();
+            transmit::outer(&self.ndf, &self.fresnel, &row, at.n_dot_v, nodes);
+            transmit(self.visibility, &self.fresnel, &row, at.n_dot_v, nodes)
         })
     }
 

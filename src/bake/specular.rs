@@ -79,6 +79,8 @@ const LEAST_LEAF_RAD: f64 = 0.006;
 
 /// Key of the gutter.
 const GUTTER: &str = "gutter";
+/// Key of the radiance that an encoding clamped texels to.
+pub const CLAMPED: &str = "encoding.clamped-to";
 
 /// Every Vulkan device takes buffers of this size: larger trees are walked in pieces.
 const BUFFER_BYTES: usize = 1 << 27;
@@ -169,7 +171,8 @@ impl SpecularRequest {
             return Err(Error::usage(what, "use fewer --mips or a larger --size"));
         }
         let precision = quality.precision;
-        let job = SpecularJob { kernel, projection, size, mips, law, quality, precision, gutter: self.gutter };
+        let (clamped_to, gutter) = (f64::INFINITY, self.gutter);
+        let job = SpecularJob { kernel, projection, size, mips, law, quality, precision, clamped_to, gutter };
         let narrowest = job.alpha(job.filtered().start);
         if let Some(least) = kernel.least_alpha.filter(|least| mips > 1 && narrowest < *least) {
             let what = format!("mip 1 has alpha {narrowest:.5}, and {} is right from {least:.5} up", kernel.name);
@@ -196,6 +199,8 @@ pub struct SpecularJob {
     pub quality: &'static Quality,
     /// How finely the walk looks: the quality's, unless a test changes it.
     pub precision: Precision,
+    /// What a file's encoding clamped radiance to; infinite where it did not.
+    pub clamped_to: f64,
     /// Texels on every side of each level of an equirect that repeat what lies across that edge, so that neighbours in an
     /// atlas do not bleed into it. Sizes count them.
     pub gutter: u32,
@@ -260,7 +265,12 @@ impl SpecularJob {
                 })?,
             },
         };
-        let job = request.resolve()?;
+        let mut job = request.resolve()?;
+        if let Some(text) = texture.meta.get(CLAMPED) {
+            job.clamped_to = text.parse().map_err(|_| {
+                Error::usage(format!("the file says {CLAMPED} '{text}'"), "radiance is clamped to a number")
+            })?;
+        }
         if job.level_size(0) != (texture.width, texture.height) {
             let what = format!("it is {}x{}, which is no {shape}", texture.width, texture.height);
             return Err(Error::usage(what, "bake it again"));

@@ -1,15 +1,15 @@
 //! `brdf-baker bake`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::axis::Points;
 use brdf_baker::bake::{Backend, TableRequest};
-use brdf_baker::format::{self, Encoding, Output};
+use brdf_baker::format::{self, Encoding, Output, Repr};
 use brdf_baker::material;
 use brdf_baker::target::{self, Choice};
 use brdf_baker::term::fresnel::Fresnel;
-use brdf_baker::texture::Shape;
+use brdf_baker::texture::{Shape, Texture};
 use brdf_baker::verify::table::{Extent, check};
 use brdf_baker::{Error, Result};
 use serde_json::json;
@@ -20,7 +20,7 @@ use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
-    /// split-sum, albedo or average-albedo
+    /// split-sum, albedo, average-albedo, glass or glass-average
     table: String,
     /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
@@ -28,6 +28,14 @@ pub struct BakeArgs {
     /// Engine that loads the file: sets all that follows and is not given; see `brdf-baker list targets`
     #[arg(long = "for", value_name = "ENGINE")]
     target: Option<String>,
+    /// average-albedo: the average of what a shader reads from this albedo table, row by row, instead of the true one;
+    /// compensation then returns all light [default encoding: single float]
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["target", "size", "ndf", "visibility", "fresnel", "axes", "points", "flip_v", "channels"]
+    )]
+    of: Option<PathBuf>,
     /// Texels: 256, or 128x32 for width x height [default: 256]
     #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
     size: Option<(u32, u32)>,
@@ -85,33 +93,44 @@ impl BakeArgs {
         let preset = target.map(|t| t.table(&self.table)).transpose()?;
         let mut choice = Choice::of(target);
         let owned = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-        let request = TableRequest {
-            size: choice.pick("size", self.size, preset.map(|p| p.size), (256, 256)),
-            ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), "ggx".into()),
-            visibility: choice.pick("visibility", self.visibility, preset.map(|p| p.visibility.into()), "smith".into()),
-            axes: choice.pick(
-                "axes",
-                self.axes.map(Some),
-                preset.map(|p| Some(p.axes.iter().map(|axis| axis.name().to_string()).collect())),
-                None,
-            ),
-            points: choice.pick(
-                "points",
-                self.points.as_deref().map(Points::parse).transpose()?,
-                preset.map(|p| p.points),
-                Points::Centers,
-            ),
-            flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
-            row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
-            channels: choice.pick(
-                "channels",
-                self.channels.map(Some),
-                // An exact Fresnel term has channels of its own.
-                preset.filter(|_| fresnel.is_none()).map(|p| Some(owned(p.channels))),
-                None,
-            ),
-            table: self.table,
-            fresnel,
+        let albedo = self.of.as_deref().map(|path| read_albedo(path, &self.table)).transpose()?;
+        let request = match &albedo {
+            Some((path, texture, encoding)) => TableRequest::average_of(texture, *encoding)
+                .map_err(|e| Error::input(path, e.to_string(), e.help().to_string()))?,
+            None => TableRequest {
+                size: choice.pick("size", self.size, preset.map(|p| p.size), (256, 256)),
+                ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), "ggx".into()),
+                visibility: choice.pick(
+                    "visibility",
+                    self.visibility,
+                    preset.map(|p| p.visibility.into()),
+                    "smith".into(),
+                ),
+                axes: choice.pick(
+                    "axes",
+                    self.axes.map(Some),
+                    preset.map(|p| Some(p.axes.iter().map(|axis| axis.name().to_string()).collect())),
+                    None,
+                ),
+                points: choice.pick(
+                    "points",
+                    self.points.as_deref().map(Points::parse).transpose()?,
+                    preset.map(|p| p.points),
+                    Points::Centers,
+                ),
+                flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
+                row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
+                channels: choice.pick(
+                    "channels",
+                    self.channels.map(Some),
+                    // An exact Fresnel term has channels of its own.
+                    preset.filter(|_| fresnel.is_none()).map(|p| Some(owned(p.channels))),
+                    None,
+                ),
+                table: self.table,
+                fresnel,
+                of: None,
+            },
         };
         let job = request.resolve()?;
         let path = match (self.output, preset) {
@@ -123,6 +142,9 @@ impl BakeArgs {
         let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
         let channels = job.channels.len();
+        // Halves would round away what the average of stored texels is for.
+        let single = Encoding::fitting(Repr::F32, channels).filter(|e| format.encodings(Shape::Table).contains(e));
+        let given = given.or(single.filter(|_| albedo.is_some()));
         let encoding = choice.encoding(format, Shape::Table, channels, given, of_preset)?;
         let storage = self.storage.of(format, encoding)?;
         if let Some(preset) = preset {
@@ -135,14 +157,21 @@ impl BakeArgs {
         }
         let output = Output::prepare(&path)?;
 
-        let backend = Backend::open(&global.device, global.validate)?;
-        let mut texture = job.run(&backend, &mut |p| console.progress(p))?;
+        // A weighted sum of texels is no work for a device.
+        let backend = match &albedo {
+            Some(_) => Backend::Cpu,
+            None => Backend::open(&global.device, global.validate)?,
+        };
+        let mut texture = match &albedo {
+            Some((_, albedo, encoding)) => job.average(albedo, *encoding)?,
+            None => job.run(&backend, &mut |p| console.progress(p))?,
+        };
         let report = check(&job, &texture, None, Extent::Spot, &mut |p| console.progress(p))?;
         if let Some(failure) = report.failures.first() {
             return Err(Error::Verify { what: format!("'{}' was not written: {failure}", path.display()) });
         }
         backend.check_messages()?;
-        if let Some(name) = &self.material {
+        if let Some(name) = self.material.as_deref().or(albedo.as_ref().and_then(|(_, t, _)| t.meta.get("material"))) {
             texture.meta.set("material", name);
         }
         choice.describe(&mut texture.meta);
@@ -184,6 +213,16 @@ impl BakeArgs {
             }),
         )
     }
+}
+
+/// The albedo table that `--of` names, with its path.
+fn read_albedo<'a>(path: &'a Path, table: &str) -> Result<(&'a Path, Texture, Encoding)> {
+    if table != "average-albedo" {
+        let what = format!("--of takes the average of an albedo table, which {table} is not");
+        return Err(Error::usage(what, "bake average-albedo --of FILE"));
+    }
+    let (texture, encoding) = format::for_path(path)?.read(path)?;
+    Ok((path, texture, encoding))
 }
 
 /// The Fresnel term that was asked for; `None` for the table's own.

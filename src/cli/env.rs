@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use brdf_baker::bake::Backend;
 use brdf_baker::bake::atlas::{self, Atlas};
-use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
+use brdf_baker::bake::specular::{CLAMPED, SpecularJob, SpecularRequest};
 use brdf_baker::env::FileAxes;
 use brdf_baker::env::import::{self, Imported, Options};
 use brdf_baker::env::projection::Projection;
@@ -158,6 +158,10 @@ impl Wanted {
         texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
         texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
         texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
+        let most = *self.storage.encoding.repr.range().end();
+        if texture.levels.iter().flatten().any(|v| *v > most) {
+            texture.meta.set(CLAMPED, most);
+        }
         harmonics::state(&harmonics::irradiance(environment), &mut texture.meta);
         format::certify(&mut texture, self.storage)?;
         Ok(Baked { texture, rms, worst, texels })
@@ -179,9 +183,11 @@ impl Wanted {
         storage::warn_of_lost_meta(format, &path, console);
         if written.rounding.clamped > 0 {
             console.warn(&format!(
-                "{} values of '{}' exceed what {} holds and were clamped; --encoding rgba32f keeps them",
+                "{} values of '{}' exceed {}, the most that {} holds, and were clamped; --exposure or --clamp, or another \
+                 --encoding, keeps them apart",
                 written.rounding.clamped,
                 path.display(),
+                encoding.repr.range().end(),
                 encoding.name
             ));
         }

@@ -64,6 +64,7 @@ enum Command {
     #[command(after_help = "Examples:
   brdf-baker bake split-sum -o dfg.ktx2
   brdf-baker bake split-sum --for bevy
+  brdf-baker bake average-albedo --of albedo.ktx2 -o average.ktx2
   brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45")]
     Bake(Box<bake::BakeArgs>),
     /// Prefilter an environment: specular mips, irradiance, spherical harmonics

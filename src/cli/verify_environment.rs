@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use brdf_baker::bake::atlas::Atlas;
+use brdf_baker::bake::atlas::{self, Atlas};
 use brdf_baker::bake::specular::SpecularJob;
 use brdf_baker::env::import::{self, Options};
 use brdf_baker::format::{Encoding, Steps};
@@ -63,11 +63,13 @@ pub fn run(
         Some(_) => Some(report::cube::picture(&job, texture, source, &report, on)?),
         None => None,
     };
-    let text = text(&file.display().to_string(), &job, encoding.name, against, &report, failures.is_empty());
+    let shape = if atlas.is_some() { atlas::NAME } else { job.projection.name() };
+    let text =
+        text(&format!("{}  {shape}", file.display()), &job, encoding.name, against, &report, failures.is_empty());
     let result = json!({
         "path": file,
         "encoding": encoding.name,
-        "projection": job.projection.name(),
+        "projection": shape,
         "kernel": job.kernel.name,
         "against": against,
         "passed": failures.is_empty(),
@@ -79,14 +81,12 @@ pub fn run(
     checked.conclude(text, &result, &certificate, &failures, picture, console)
 }
 
-fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &CubeReport, right: bool) -> String {
+/// `what` is the path and the shape.
+fn text(what: &str, job: &SpecularJob, encoding: &str, against: &str, report: &CubeReport, right: bool) -> String {
     let verdict = if right { "right" } else { "WRONG" };
     let [r, g, b] = report.mean;
-    let mut text = format!(
-        "{path}  {} {} {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}",
-        job.projection.name(),
-        job.kernel.name
-    );
+    let mut text =
+        format!("{what} {} {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}", job.kernel.name);
     if let Some(m) = &report.mip_0 {
         let (rms, max, bound) = (m.rms, m.worst, m.bound);
         text.push_str(&format!(

@@ -38,7 +38,7 @@ static TRANSFORM: LazyLock<Vec<[f64; TERMS]>> = LazyLock::new(|| {
 });
 
 /// Azimuth nodes by size.
-static AZIMUTH: LazyLock<[Vec<Vec<Node>>; 2]> =
+pub(super) static AZIMUTH: LazyLock<[Vec<Vec<Node>>; 2]> =
     LazyLock::new(|| [false, true].map(|far| (0..=64).map(|n| azimuth_nodes(n.max(1), far)).collect()));
 
 /// Powers and scales (in mean slopes) of the map that are tried in turn, and the tail of the series that ends the search.
@@ -288,10 +288,11 @@ fn crowding(visibility: &Visibility, fresnel: &Fresnel, falling: bool, sv: f64) 
 }
 
 /// Polar rules on [0, 1] by size.
-static RULES: LazyLock<Vec<Vec<Node>>> = LazyLock::new(|| (0..=64).map(|n| azimuth_nodes(n.max(1), false)).collect());
+pub(super) static RULES: LazyLock<Vec<Vec<Node>>> =
+    LazyLock::new(|| (0..=64).map(|n| azimuth_nodes(n.max(1), false)).collect());
 
 /// sin θ of a cosine, kept off 0 so that the azimuth has a meaning.
-fn sine(cos: f64) -> f64 {
+pub(super) fn sine(cos: f64) -> f64 {
     ((1.0 - cos) * (1.0 + cos)).sqrt().max(1e-7)
 }
 

@@ -5,3 +5,4 @@ pub mod cone;
 pub mod cone_elliptic;
 pub mod cone_nodes;
 pub mod h_split;
+pub mod transmit;

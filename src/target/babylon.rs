@@ -25,6 +25,9 @@ scene.environmentBRDFTexture = brdf;",
     }],
     environment: Some(EnvironmentPreset {
         law: RoughnessLaw::Babylon,
+        // In the engine's left-handed world the middle of the panorama lies along +Z, what is right of it along +X: as
+        // HDRCubeTexture places it. A right-handed scene looks files up with z reversed.
+        file_axes: "z,y,x",
         extension: "env",
         encoding: "rgbd8",
         suffix: "",

@@ -5,7 +5,7 @@ use super::{Beside, Content, EnvironmentPreset, Mips, TablePreset, Target};
 pub(super) static TARGET: Target = Target {
     name: "bevy",
     about: [
-        "KTX2: 64x64 split-sum table; 256 specular cube, roughness m/M down to 4 texels, with a 32 diffuse cube beside it",
+        "KTX2: 64x64 split-sum table; 512 specular cube, roughness m/M down to 4 texels, with a 32 diffuse cube beside it",
         "The shader looks cubes up with z reversed, so the file's +Z shows the environment's -Z",
     ],
     source: "bevy_pbr: environment_map.wesl, pbr_lighting.wesl, light_probe",
@@ -18,6 +18,8 @@ app.sub_app_mut(RenderApp).insert_resource(bevy::pbr::DfgLut { texture: table })
     }],
     environment: Some(EnvironmentPreset {
         file_axes: "x,y,-z",
+        // With 256, seven mips are left: too few for the error between two of them to stay under that of Bevy's own filter.
+        size: 512,
         // Between the last mips Bevy interpolates evenly in roughness: smaller ones would err more than their number gains.
         mips: Mips::DownTo(4),
         beside: &[Beside { content: Content::Diffuse, size: Some(32), suffix: "_diffuse" }],

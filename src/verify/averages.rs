@@ -40,6 +40,7 @@ pub fn check(
     let (mut gained, mut whole) = (0.0, 0.0);
     for ([face, x, y], expected) in texels.iter().zip(&expected) {
         for (c, [mean, uncertain]) in expected.iter().enumerate() {
+            let mean = mean.min(job.clamped_to);
             let off = f64::from(texture.texel(0, *face, *x, *y)[c]) - mean;
             let error = if off.abs() <= *uncertain { 0.0 } else { (off.abs() - uncertain) / mean.max(floor) };
             squares += error * error;

@@ -165,7 +165,7 @@ pub fn check(
             })
             .collect();
         let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-        let step = 2.0 * steps.relative();
+        let step = 2.0 * steps.relative_rms();
         let report = MipReport {
             mip,
             alpha,
@@ -218,22 +218,25 @@ pub fn check_with_source<'a>(
     };
     let steps = steps.into();
     let step = steps.relative();
-    let (rms_bound, worst_bound) = (job.quality.rms_bound + step, job.quality.worst_bound + step);
+    let noise = steps.relative_rms();
+    let (rms_bound, worst_bound) = (job.quality.rms_bound + noise, job.quality.worst_bound + step);
     let mut failures = vec![];
     let (levels, mut obeyed) = laws(job, texture, &steps, &mut failures);
     let mean = mean(job, texture, 0);
     let source = source.into();
     let expected = source.picture.mean();
     let before = failures.len();
-    for c in (0..3).filter(|_| job.filtered().start > 0) {
+    // Clamped texels lack radiance; that they do is stated.
+    let keeps_mean = job.filtered().start > 0 && job.clamped_to == f64::INFINITY;
+    for c in (0..3).filter(|_| keeps_mean) {
         let off = relative(mean[c], expected[c]);
         // All texels of a constant channel may be rounded alike.
-        if off.is_nan() || off > MEAN_BOUND + step {
+        if off.is_nan() || off > MEAN_BOUND + noise {
             let name = &texture.channels[c];
             failures.push(format!("the mean of mip 0, channel {name}, is {} instead of {}", mean[c], expected[c]));
         }
     }
-    if job.filtered().start > 0 {
+    if keeps_mean {
         obeyed.push(Law::new("mip 0 has the mean radiance of the source", &failures[before..]));
     }
     let report = |e: environment::MipError, bound: f64| MipReport {
@@ -311,7 +314,7 @@ fn laws(
     if !failures.is_empty() {
         return (vec![], obeyed);
     }
-    let rounding = steps.relative();
+    let rounding = steps.relative_rms();
     let levels: Vec<LevelReport> = (0..texture.levels.len())
         .map(|mip| {
             let mean = mean(job, texture, mip);

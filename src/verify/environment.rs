@@ -80,7 +80,7 @@ pub fn check<'a>(
         let (mut squares, mut max) = (0.0, 0.0f64);
         let (mut gained, mut whole) = (0.0, 0.0);
         for ([face, x, y], exact) in texels.iter().zip(of_mip) {
-            for (k, exact) in exact.iter().enumerate() {
+            for (k, exact) in exact.iter().map(|v| v.min(job.clamped_to)).enumerate() {
                 let got = f64::from(cube.texel(mip as usize, *face, *x, *y)[k]);
                 let error = (got - exact).abs() / exact.max(floor);
                 squares += error * error;

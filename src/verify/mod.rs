@@ -7,6 +7,7 @@ pub mod cube_truth;
 pub mod environment;
 pub mod identify;
 pub mod law;
+pub mod refraction;
 pub mod seams;
 pub mod table;
 pub mod truth;

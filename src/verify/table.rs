@@ -121,7 +121,7 @@ pub fn check(
 
     let twin_texels = if extent == Extent::Spot { sampled(24) } else { all() };
     tick(on, "verify: twin", 0.0)?;
-    let twin = compare(&twin_texels, &|at| (job.rule(at), vec![0.0; job.channels.len()]));
+    let twin = compare(&twin_texels, &|at| (job.rule(at), job.source_rounding(at)));
     let truth_texels = if extent == Extent::Full { all() } else { sampled(4) };
     let mut truth = Vec::with_capacity(truth_texels.len());
     for chunk in truth_texels.chunks(512) {

@@ -19,7 +19,7 @@ const types = { ".mjs": "text/javascript", ".js": "text/javascript", ".json": "a
 const html = `<!doctype html><meta charset="utf-8"><title>${page}</title><body>
 <script type="importmap">{ "imports": {
   "three": "/npm/three/build/three.module.js", "three/addons/": "/npm/three/examples/jsm/",
-  "playcanvas": "/npm/playcanvas/build/playcanvas.mjs", "@babylonjs/core/": "/npm/@babylonjs/core/" } }</script>
+  "playcanvas": "/npm/playcanvas/build/playcanvas.mjs" } }</script>
 <script>
   const post = (path, body) => fetch(path, { method: "POST", body });
   const say = (level, words) => post("/say/" + level, words.map(String).join(" "));
@@ -50,7 +50,11 @@ const server = createServer(async (request, response) => {
     for await (const part of request) parts.push(part);
     const body = Buffer.concat(parts);
     if (root === "done") finish("done");
-    else if (root === "say") said.push(`${rest[0]}: ${body}`);
+    else if (root === "say") {
+      said.push(`${rest[0]}: ${body}`);
+      // What waits for the thing that failed would wait for ever.
+      if (rest[0] === "error") setTimeout(() => finish("ended by an error"), 5000);
+    }
     else if (root === "send") {
       writeFileSync(join(folder, basename(rest.join("/"))), body);
       received += 1;

@@ -13,8 +13,8 @@ use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use brdf_baker::env::Equirect;
 use brdf_baker::env::import::{self, Options};
+use brdf_baker::env::{Equirect, FileAxes};
 use brdf_baker::error::{Error, Result};
 use brdf_baker::preview::{Formula, Light, Point, RADIUS, Scene, shade};
 use brdf_baker::progress::ignore;
@@ -83,6 +83,9 @@ enum Command {
         /// What it shows behind the scene along +X, -X, +Y, -Y, +Z, -Z: one pixel each
         #[arg(long)]
         background: Option<PathBuf>,
+        /// What the picture's right, up and viewer show of the environment, where an engine turns it
+        #[arg(long, default_value = "x,y,z", value_name = "X,Y,Z")]
+        shows: String,
         /// Also draw it
         #[arg(long)]
         png: Option<PathBuf>,
@@ -95,7 +98,9 @@ fn main() -> ExitCode {
         Command::Compare { folder, formula, source, bound, png, pictures } => {
             compare(source.unwrap_or(folder.join("sky.exr")), &formula, bound, png, &pictures)
         }
-        Command::Lights { name, picture, background, png } => lights(&name, &picture, background, png),
+        Command::Lights { name, picture, background, shows, png } => {
+            FileAxes::parse(&shows).and_then(|axes| lights(&name, &picture, background, &axes, png))
+        }
     };
     match done {
         Ok(true) => ExitCode::SUCCESS,
@@ -296,7 +301,13 @@ fn rms(picture: &Picture, pixels: &[[u32; 2]], reference: &[[f64; 3]]) -> f64 {
 
 // ----------------------------------------------------------------------------------------------------------- orientation
 
-fn lights(name: &str, path: &Path, background: Option<PathBuf>, png: Option<PathBuf>) -> Result<bool> {
+fn lights(
+    name: &str,
+    path: &Path,
+    background: Option<PathBuf>,
+    shows: &FileAxes,
+    png: Option<PathBuf>,
+) -> Result<bool> {
     let scene = Scene::lights(TILE_PX);
     let picture = Picture::read(path, scene.size_px())?;
     if let Some(png) = png {
@@ -324,8 +335,10 @@ fn lights(name: &str, path: &Path, background: Option<PathBuf>, png: Option<Path
         where_ = "on the mirror, on chalk and behind them";
     }
     let mut right = true;
-    for (light, (surface, seen)) in looks {
+    for (place, (surface, seen)) in looks {
         let found = nearest_light(seen);
+        let along = shows.rows().map(|row| row.iter().zip(LIGHTS[place].1).map(|(a, b)| a * b).sum::<f64>());
+        let light = LIGHTS.iter().position(|light| light.1 == along).expect("axes are carried to axes");
         let (axis, _, colour, _) = LIGHTS[light];
         if found != Some(light) {
             let instead = found.map_or("no light".into(), |l| format!("{}, the light at {}", LIGHTS[l].2, LIGHTS[l].0));

@@ -3,10 +3,10 @@
 set -eu
 cd "$WORK"
 for environment in sky lights; do
-    "$BAKER" env $environment.exr -o three-$environment.ktx2 --quiet \
-        --size 256 --mips 6 --roughness-law quadratic --mirror
+    "$BAKER" env $environment.exr --for three -o three-$environment.ktx2 --quiet
 done
-"$BAKER" bake split-sum -o three-dfg.ktx2 --quiet --size 128 --axes roughness,n_dot_v
+# Larger than the engine's own, and where a loader finds it.
+"$BAKER" bake split-sum --for three -o three-dfg.ktx2 --size 128 --quiet
 node "$ENGINES/browser.mjs" three.mjs "$WORK" "$WORK/node_modules"
 "$SPHERES" lights three three-lights.f32 --background three-background.f32
 "$SPHERES" compare "$WORK" --formula three ${PICTURES:+--png "$PICTURES/three.png"} \

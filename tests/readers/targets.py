@@ -170,7 +170,7 @@ def read_ktx1(path):
     if data[:12] != b"\xabKTX 11\xbb\r\n\x1a\n":
         fail(f"{path.name} is no KTX")
     (endian, gl_type, _, _, internal, _, width, height, _, _, faces, mips, key_bytes) = struct.unpack_from("<13I", data, 12)
-    if (endian, gl_type, internal, faces) != (0x04030201, 0x8C3B, 0x8C3A, 6):
+    if (endian, gl_type, internal, faces) != (0x04030201, 0x8C3A, 0x8C3A, 6):
         fail(f"{path.name}: type {gl_type:#x}, internal format {internal:#x}, {faces} faces")
     keys, at = {}, 64
     while at < 64 + key_bytes:
@@ -357,13 +357,13 @@ def check_map(what, levels, size, mips, roughness, world, tolerance, direction=c
         fail(f"{what}: {len(levels)} levels, the first {levels[0].shape}")
     for m in range(mips):
         height = max(1, size >> m)
-        cosine = 2 / 3 if lambert else mean_cosine(roughness(m))
+        cosine = 2 / 3 if lambert else mean_cosine(roughness(m) if roughness else 0)
         places = [(f, height // 3, height // 4) for f in range(levels[m].shape[0])]
         places += [(0, 0, 0), (0, height - 1, height // 2), (len(levels[m]) - 1, height // 2, height - 1)]
         for face, x, y in places:
             expected = 1 + 0.5 * cosine * numpy.array(world(*direction(face, x, y, height)))
-            # Where a texel of mip 0 is wide, its mean is not its centre's value.
-            slack = tolerance + (0.6 / height**2 if m == 0 else 0)
+            # Where a texel of mip 0 is wide, its mean is not its centre's value; nor where the sky's own texels are.
+            slack = tolerance + (0.6 / height**2 + 4e-3 if m == 0 else 0)
             agree(f"{what}: mip {m}, face {face} ({x}, {y})", levels[m][face, y, x, :3], expected, slack)
 
 
@@ -385,8 +385,8 @@ def env(target, *files):
 specular, diffuse = env("bevy", "sky_specular.ktx2", "sky_diffuse.ktx2")
 reversed_z = lambda x, y, z: (x, y, -z)
 levels = read_ktx2(specular)
-check_map("bevy", levels, 256, 7, linear(6), reversed_z, 2e-3)
-if len(levels) != 7:
+check_map("bevy", levels, 512, 8, linear(7), reversed_z, 2e-3)
+if len(levels) != 8:
     fail(f"bevy: {len(levels)} mips")
 check_map("bevy diffuse", read_ktx2(diffuse), 32, 1, None, reversed_z, 2e-3, lambert=True)
 
@@ -399,14 +399,14 @@ if len(levels) != 6:
 (file,) = env("babylon", "sky.env")
 levels, header = read_env(file)
 babylon = lambda m: 0 if m == 0 else min(1, 2 ** (m / 0.8) / 256) ** 0.5
-check_map("babylon", levels, 256, 9, babylon, same, 3e-2)
+check_map("babylon", levels, 256, 9, babylon, lambda x, y, z: (z, y, x), 3e-2)
 # Irradiance over pi of the sky is 1 + d.axis/3 in each channel. Babylon.js divides the linear part by 2/3 when it reads it.
 polynomial = header["irradiance"]
-for i, axis in enumerate("xyz"):
+for i, axis in enumerate("zyx"):
     agree(f"babylon: irradiance along {axis}", numpy.array(polynomial[axis]), numpy.eye(3)[i] * 2 / 9, 2e-3)
 
 specular, skybox = env("filament", "sky_ibl.ktx", "sky_skybox.ktx")
-mirrored = lambda x, y, z: (-x, y, z)
+mirrored = lambda x, y, z: (z, y, -x)
 levels, keys = read_ktx1(specular)
 check_map("filament", levels, 256, 5, quadratic(4), mirrored, 3e-2)
 check_map("filament skybox", read_ktx1(skybox)[0], 256, 1, None, mirrored, 3e-2)
@@ -438,7 +438,7 @@ for left, top, width, roughness in tiles:
         phi = 2 * numpy.pi * ((x - 0.5) / (width - 2) - 0.5)
         theta = numpy.pi * (y - 0.5) / (width // 2 - 2)
         d = numpy.array([numpy.cos(phi) * numpy.sin(theta), numpy.cos(theta), numpy.sin(phi) * numpy.sin(theta)])
-        wide = 4 / width**2 if roughness == 0 else 0
+        wide = 16 / (width - 2) ** 2 if roughness == 0 else 0
         expected = 1 + 0.5 * cosine * numpy.array(playcanvas(*d))
         agree(f"playcanvas: tile at ({left}, {top}), texel ({x}, {y})", atlas[top + y, left + x], expected, 2e-2 + wide)
 

@@ -3,6 +3,8 @@
 #include "lib/optics.glsl"
 #define FRESNEL_KINKS 0
 #define FRESNEL_AZIMUTH_NODES NODES_14_FAR
+// What is not reflected goes on behind the surface.
+#define TRANSPARENT
 
 // Unpolarised reflectance. Walter et al. 2007, Eq. 22. Domain: c in [0, 1], eta > 1.
 float dielectric(float c, float eta) {

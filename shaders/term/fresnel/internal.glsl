@@ -3,6 +3,8 @@
 #include "lib/optics.glsl"
 #define FRESNEL_KINKS 1
 #define FRESNEL_AZIMUTH_NODES NODES_14_FAR
+// What is not reflected goes on behind the surface.
+#define TRANSPARENT
 
 // Cosine of the critical angle. Domain: eta in (0, 1).
 float critical(float eta) {

@@ -72,6 +72,11 @@ impl Repr {
         matches!(self, Repr::Bc4 | Repr::Bc5 | Repr::Bc6h)
     }
 
+    /// Does what a value loses depend on more than itself, or grow without end towards 0, so that files state it?
+    pub fn is_measured(self) -> bool {
+        self.is_blocks() || self.colour_range().is_some() || matches!(self, Repr::Rgbe8 | Repr::Rgb9e5)
+    }
+
     /// Bytes that need a shader's arithmetic before they are values.
     fn colour_range(self) -> Option<Range> {
         match self {

@@ -1,0 +1,136 @@
+//! A rough dielectric interface: what single scattering reflects and transmits, over n·v and roughness at one refractive
+//! index (Walter, Marschner, Li, Torrance 2007). The index is that behind the surface over that before it: above 1 seen
+//! from outside, below 1 from inside.
+//!
+//! reflected = ∫ f_r (n·l) dω_l, transmitted = ∫ f_t |n·l| dω_l over the other side, total = reflected + transmitted; what
+//! is missing from 1 is lost to shadowing, masking, and to rays that a facet refracts or reflects to the wrong side: those
+//! are not counted. Transmitted is a share of power: radiance behind the surface is eta² times as large in proportion.
+//!
+//! Limits: at roughness 0 Fresnel's F and 1 − F at n·v. From inside nothing is transmitted at n·v = 0. Averages over n·v
+//! obey reciprocity, transmitted average (eta) = eta² · transmitted average (1/eta). Kernels: those of the albedo, and
+//! `shaders/bake/transmit.comp`.
+
+use super::albedo::channel;
+use super::grid::Grid;
+use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
+use crate::axis::Coordinate;
+use crate::error::{Error, Result};
+use crate::progress::OnProgress;
+use crate::quadrature::adaptive::Estimate;
+use crate::rule::transmit;
+use crate::term::fresnel::{Fresnel, Optics, dielectric};
+use crate::verify::{refraction, truth};
+
+/// The table.
+pub struct Glass;
+
+/// Crown glass from outside.
+pub(super) const WINDOW: Fresnel =
+    Fresnel { term: &dielectric::DIELECTRIC, optics: Optics { eta: [1.5; 3], k: [0.0; 3] } };
+
+static CHANNELS: [Channel; 3] = [
+    channel("reflected", "share that single scattering reflects"),
+    channel("transmitted", "share that single scattering transmits, of power"),
+    channel("total", "reflected + transmitted"),
+];
+
+static LOST: Channel = channel("not-reflected", "1 - reflected");
+
+static FACTS: Facts = Facts {
+    name: "glass",
+    about: "rough dielectric interface: reflected, transmitted and their sum, from outside (--ior above 1) or inside (below 1)",
+    source: "Walter, Marschner, Li, Torrance 2007, Microfacet Models for Refraction through Rough Surfaces",
+    usage: "energy that single scattering loses = 1 - total; both lobes divided by total keep all",
+    channels: |_| &CHANNELS,
+    complement: Some(&LOST),
+    default_channels: |_| &["reflected", "transmitted"],
+    fresnel: WINDOW,
+    axes: &[Coordinate::NDotV, Coordinate::Roughness],
+    rule: rule_name,
+    tolerance: TOLERANCE,
+};
+
+/// From outside; from inside [`Model::tolerance`] has its own.
+pub(super) const TOLERANCE: Tolerance = Tolerance {
+    worst: 2e-6,
+    median: 5e-7,
+    near_zero: 4e-6,
+    why: "tests/energy.rs: rule against truth 3e-7, llvmpipe 22.3.6 against the rule 6e-7",
+};
+
+/// Both rules in words.
+pub(super) fn rule_name(model: &Model) -> String {
+    format!("{}; {}", model.rule_name(), transmit::rule_name(&model.fresnel))
+}
+
+/// Refuses what is no dielectric interface that the rule for transmission knows.
+pub(super) fn check(model: &Model) -> Result<()> {
+    if !["dielectric", "internal"].contains(&model.fresnel.term.name) {
+        return Err(Error::usage(
+            format!("glass is a dielectric, which the Fresnel term '{}' is not", model.fresnel),
+            "give its refractive index, --ior 1.5, or --ior 0.6667 from inside",
+        ));
+    }
+    let is_ggx = model.ndf.family.name == "ggx" && !model.is_anisotropic();
+    if !is_ggx || model.visibility.name != "smith" {
+        return Err(Error::usage(
+            format!("transmission is baked for ggx with smith, not for {} with {}", model.ndf, model.visibility.name),
+            "drop --ndf and --visibility; `bake albedo --ior` has what others reflect",
+        ));
+    }
+    Ok(())
+}
+
+/// (reflected, transmitted, total) from what is reflected and transmitted.
+pub(super) fn channels(reflected: f64, transmitted: f64) -> Values {
+    [reflected, transmitted, reflected + transmitted, 0.0]
+}
+
+/// What the truth says of both.
+pub(super) fn truth(model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
+    let reflected = truth::albedo(model, at.n_dot_v, at.roughness, 0.5 * tolerance);
+    let transmitted = refraction::transmitted(model, at.n_dot_v, at.roughness, 0.5 * tolerance);
+    Estimate { value: channels(reflected.value[1], transmitted.value[0]), error: reflected.error + transmitted.error }
+}
+
+/// Both, on a grid: [`MAX_CHANNELS`] values a texel.
+pub(super) fn on_grid(grid: Grid<'_>, model: &Model, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+    let mut texels = grid.run(backend, model, on)?;
+    let transmitted = grid.transmitted(backend, model, on)?;
+    for (texel, transmitted) in
+        texels.as_chunks_mut::<MAX_CHANNELS>().0.iter_mut().zip(transmitted.as_chunks::<MAX_CHANNELS>().0)
+    {
+        let [_, reflected, ..] = *texel;
+        *texel = channels(f64::from(reflected), f64::from(transmitted[0])).map(|v| v as f32);
+    }
+    Ok(texels)
+}
+
+impl Table for Glass {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rule(&self, model: &Model, at: At) -> Values {
+        channels(model.rule(at)[1], model.transmitted(at))
+    }
+
+    fn check(&self, model: &Model) -> Result<()> {
+        check(model)
+    }
+
+    fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
+        truth(model, at, tolerance)
+    }
+
+    fn bake(
+        &self,
+        model: &Model,
+        n_dot_v: &[f64],
+        roughness: &[f64],
+        backend: &Backend,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Vec<f32>> {
+        on_grid(Grid { stage: "glass", n_dot_v, roughness, first_slice: None }, model, backend, on)
+    }
+}

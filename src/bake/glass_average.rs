@@ -1,0 +1,78 @@
+//! Averages of a rough dielectric interface, 2 ∫₀¹ X mu dmu of what it reflects, transmits, and of both: over roughness at
+//! one refractive index. See [`super::glass`].
+//!
+//! Reciprocity ties both sides: transmitted (eta) = eta² · transmitted (1/eta). At roughness 0 these are the averages of
+//! Fresnel's F and 1 − F.
+
+use super::albedo::channel;
+use super::average_albedo::{mean_truth, means, nodes};
+use super::glass::{self, TOLERANCE, WINDOW, channels};
+use super::grid::Grid;
+use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Values};
+use crate::axis::Coordinate;
+use crate::error::Result;
+use crate::progress::OnProgress;
+use crate::quadrature::adaptive::Estimate;
+
+/// The table.
+pub struct GlassAverage;
+
+static CHANNELS: [Channel; 3] = [
+    channel("reflected", "mean share that single scattering reflects"),
+    channel("transmitted", "mean share that single scattering transmits, of power"),
+    channel("total", "reflected + transmitted"),
+];
+
+static FACTS: Facts = Facts {
+    name: "glass-average",
+    about: "hemispherical means of a rough dielectric interface over roughness, from outside or inside",
+    source: "Walter, Marschner, Li, Torrance 2007, Microfacet Models for Refraction through Rough Surfaces",
+    usage: "mean of the energy that single scattering loses = 1 - total",
+    channels: |_| &CHANNELS,
+    complement: None,
+    default_channels: |_| &["reflected", "transmitted"],
+    fresnel: WINDOW,
+    axes: &[Coordinate::Roughness],
+    rule: |model| {
+        format!("{} Gauss-Legendre nodes of sqrt(n_dot_v) x ({})", nodes(model).len(), glass::rule_name(model))
+    },
+    tolerance: TOLERANCE,
+};
+
+impl Table for GlassAverage {
+    fn facts(&self) -> &'static Facts {
+        &FACTS
+    }
+
+    fn rule(&self, model: &Model, at: At) -> Values {
+        let (mut reflected, mut transmitted) = (0.0, 0.0);
+        for node in nodes(model) {
+            let at = At { n_dot_v: node.x, ..at };
+            reflected += node.weight * model.rule(at)[1];
+            transmitted += node.weight * model.transmitted(at);
+        }
+        channels(reflected, transmitted)
+    }
+
+    fn check(&self, model: &Model) -> Result<()> {
+        glass::check(model)
+    }
+
+    fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
+        mean_truth(at.roughness, tolerance, |n_dot_v| glass::truth(model, At { n_dot_v, ..at }, 0.2 * tolerance))
+    }
+
+    fn bake(
+        &self,
+        model: &Model,
+        _n_dot_v: &[f64],
+        roughness: &[f64],
+        backend: &Backend,
+        on: &mut OnProgress<'_>,
+    ) -> Result<Vec<f32>> {
+        let rule = nodes(model);
+        let n_dot_v: Vec<f64> = rule.iter().map(|n| n.x).collect();
+        let grid = Grid { stage: "glass-average", n_dot_v: &n_dot_v, roughness, first_slice: None };
+        Ok(means(&glass::on_grid(grid, model, backend, on)?, &rule))
+    }
+}

@@ -1,0 +1,449 @@
+//! What energy tables are for: nothing is lost, and what is absorbed is what should be.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use brdf_baker::axis::{Points, Warp};
+use brdf_baker::bake::{At, Backend, Model, TableJob, TableRequest, table};
+use brdf_baker::format::{self, Encoding, Format};
+use brdf_baker::progress::ignore;
+use brdf_baker::quadrature::gauss_legendre::gauss_legendre;
+use brdf_baker::term::fresnel::Fresnel;
+use brdf_baker::texture::Texture;
+use brdf_baker::verify::table::{Extent, check};
+use rayon::prelude::*;
+use tempfile::TempDir;
+
+mod common;
+use common::Random;
+
+/// Texels as a file holds them.
+fn stored(mut texture: Texture, encoding: Encoding) -> Texture {
+    let pictures = format::Pictures::of(&texture, 0);
+    let bytes = format::encode(&texture.levels[0], texture.channels.len(), pictures, encoding).unwrap();
+    texture.levels[0] = format::decode(&bytes, texture.channels.len(), pictures, encoding);
+    texture
+}
+
+/// An albedo table and the average of its texels, both as files hold them: what a shader has.
+struct Shader {
+    albedo: Texture,
+    average: Texture,
+    warp: Warp,
+    points: Points,
+}
+
+impl Shader {
+    fn new(axes: [&str; 2], size: (u32, u32), points: Points, encoding: &str) -> Shader {
+        let axes = Some(axes.map(String::from).to_vec());
+        let job = TableRequest { size, points, axes, ..TableRequest::new("albedo") }.resolve().unwrap();
+        let encoding = Encoding::parse(encoding).unwrap();
+        let albedo = stored(job.run(&Backend::Cpu, &mut ignore).unwrap(), encoding);
+        let of = TableRequest::average_of(&albedo, encoding).unwrap().resolve().unwrap();
+        let average = stored(of.average(&albedo, encoding).unwrap(), Encoding::parse("r32f").unwrap());
+        Shader { albedo, average, warp: job.axes[0].warp, points }
+    }
+
+    /// The two texels beside a position t in [0, 1] of `len`, and the share of the second: what a sampler does, clamped to
+    /// the edge. Edges are read through (t (N − 1) + ½)/N.
+    fn beside(&self, t: f64, len: u32) -> (u32, u32, f64) {
+        let n = f64::from(len);
+        let at = match self.points {
+            Points::Centers => t * n - 0.5,
+            Points::Edges => t * (n - 1.0),
+        };
+        let at = at.clamp(0.0, n - 1.0);
+        let i = (at as u32).min(len - 1);
+        (i, (i + 1).min(len - 1), at - f64::from(i))
+    }
+
+    /// E at a position along n·v and one along roughness.
+    fn albedo(&self, t: f64, r: f64) -> f64 {
+        let (x0, x1, fx) = self.beside(t, self.albedo.width);
+        let (y0, y1, fy) = self.beside(r, self.albedo.height);
+        let e = |x, y| f64::from(self.albedo.texel(0, 0, x, y)[0]);
+        let row = |y| e(x0, y) + fx * (e(x1, y) - e(x0, y));
+        row(y0) + fy * (row(y1) - row(y0))
+    }
+
+    fn average(&self, r: f64) -> f64 {
+        let (x0, x1, f) = self.beside(r, self.average.width);
+        let e = |x| f64::from(self.average.texel(0, 0, x, 0)[0]);
+        e(x0) + f * (e(x1) - e(x0))
+    }
+
+    /// ∫ g(E(l)) (n·l)/π dω_l = ∫ g(E) dmu²: by nodes between all texel centers and edges, where E is smooth.
+    fn over_light(&self, r: f64, g: impl Fn(f64) -> f64) -> f64 {
+        let steps = 2 * self.albedo.width * (self.albedo.width - 1);
+        let mut sum = 0.0;
+        for step in 0..steps {
+            let width = 1.0 / f64::from(steps);
+            for node in gauss_legendre(3) {
+                let t = (f64::from(step) + 0.5 + 0.5 * node.x) * width;
+                let h = 1e-5 * width;
+                let slope = (self.warp.value(t + h).powi(2) - self.warp.value(t - h).powi(2)) / (2.0 * h);
+                sum += 0.5 * node.weight * width * g(self.albedo(t, r)) * slope.abs();
+            }
+        }
+        sum
+    }
+}
+
+#[test]
+fn compensated_furnace_is_white_when_read_through_a_bilinear_filter() {
+    let mut random = Random(3);
+    for (axes, points, encoding) in [
+        (["n_dot_v", "roughness"], Points::Centers, "r16f"),
+        (["n_dot_v", "roughness"], Points::Edges, "r8unorm"),
+        (["sqrt_n_dot_v", "alpha"], Points::Centers, "r32f"),
+        (["angle", "roughness"], Points::Edges, "r16f"),
+    ] {
+        let shader = Shader::new(axes, (16, 12), points, encoding);
+        let (mut worst, mut without) = (0.0f64, 0.0f64);
+        for _ in 0..6 {
+            // Between rows too; the last row is where a table's average is furthest from the true one.
+            let r = 0.2 + 0.8 * random.next();
+            let average = shader.average(r);
+            let missing = shader.over_light(r, |e| 1.0 - e);
+            let true_average = true_average(&shader, r);
+            for _ in 0..8 {
+                let e = shader.albedo(random.next(), r);
+                // Single scattering, and the lobe (1 − E(l)) (1 − E(v))/(π (1 − average)) over all lights.
+                let total = |average: f64| e + (1.0 - e) * missing / (1.0 - average);
+                worst = worst.max((total(average) - 1.0).abs());
+                without = without.max((total(true_average) - 1.0).abs());
+            }
+        }
+        println!("{axes:?} {points:?} {encoding}: white to {worst:.1e}; {without:.1e} with the true average");
+        assert!(worst <= 1e-6, "{axes:?} {points:?} {encoding}: {worst:e}");
+        assert!(without > 2e-6, "the true average would do: {without:e}");
+    }
+}
+
+/// What the default average-albedo holds, read between rows in the same way.
+fn true_average(shader: &Shader, r: f64) -> f64 {
+    let axes = shader.average.meta.get("axes").map(|axes| vec![axes.to_string()]);
+    let size = (shader.average.width, 1);
+    let request = TableRequest { size, axes, points: shader.points, ..TableRequest::new("average-albedo") };
+    let plain = request.resolve().unwrap().run(&Backend::Cpu, &mut ignore).unwrap();
+    let (x0, x1, f) = shader.beside(r, plain.width);
+    let e = |x| f64::from(plain.texel(0, 0, x, 0)[0]);
+    e(x0) + f * (e(x1) - e(x0))
+}
+
+#[test]
+fn coloured_furnace_absorbs_bounce_by_bounce() {
+    let shader = Shader::new(["n_dot_v", "roughness"], (32, 16), Points::Centers, "r16f");
+    for r in [0.5, 0.73, 1.0] {
+        let average = shader.average(r);
+        for f in [1.0, 0.9, 0.4] {
+            // Kulla and Conty 2017: what the lobe of multiple scattering is tinted with.
+            let tint = f * f * average / (1.0 - f * (1.0 - average));
+            let (mut kulla_conty, mut turquin) = (vec![], vec![]);
+            for mu in [0.05, 0.4, 0.97] {
+                let e = shader.albedo(mu, r);
+                let missing = shader.over_light(r, |e| 1.0 - e);
+                kulla_conty.push(f * e + tint * (1.0 - e) * missing / (1.0 - average));
+                // Hill 2018, Turquin 2019: single scattering scaled up, without a second table.
+                turquin.push(f * e * (1.0 + f * (1.0 - e) / e));
+            }
+            if f == 1.0 {
+                assert!(kulla_conty.iter().chain(&turquin).all(|total| (total - 1.0).abs() <= 1e-6), "{kulla_conty:?}");
+                continue;
+            }
+            // Of the light that arrives from everywhere a facet throws the share f back, of which `average` leaves: the
+            // mean over all directions is the sum over the bounces.
+            let tinted = |e: f64| f * e + tint * (1.0 - e);
+            let mean = shader.over_light(r, tinted);
+            let bounces: f64 = (0..200).map(|k| f * average * (f * (1.0 - average)).powi(k)).sum();
+            assert!((mean - bounces).abs() <= 1e-6, "roughness {r}, F {f}: {mean}, bounce by bounce {bounces}");
+            for (a, b) in kulla_conty.iter().zip(&turquin) {
+                // Two bounces instead of many: more comes back, never all.
+                assert!(*a <= b + 1e-9 && *b < 1.0, "roughness {r}, F {f}: {a} {b}");
+            }
+        }
+    }
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_brdf-baker"));
+    command.current_dir(folder).args(arguments).args(["--device", "cpu"]).stdin(Stdio::null());
+    command.output().expect("the program starts")
+}
+
+fn succeeds(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn fails(folder: &Path, code: i32, arguments: &[&str], words: &[&str]) {
+    let output = run(folder, arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
+    words.iter().for_each(|word| assert!(stderr.contains(word), "{arguments:?}: '{word}' is not in: {stderr}"));
+}
+
+#[test]
+fn average_of_a_stored_table_is_baked_verified_and_described() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    succeeds(here, &["bake", "albedo", "-o", "e.ktx2", "--size", "24x8", "--material", "gold"]);
+    let line = succeeds(here, &["bake", "average-albedo", "--of", "e.ktx2", "-o", "average.ktx2"]);
+    assert!(line.contains("8x1 rgba32f"), "{line}");
+    let info = succeeds(here, &["info", "average.ktx2"]);
+    for word in ["red,green,blue", "24 texels along n_dot_v centers ascending in rgba16f", "of.sha256", "gold"] {
+        assert!(info.contains(word), "'{word}' is not in: {info}");
+    }
+    assert!(succeeds(here, &["verify", "average.ktx2", "--full"]).contains("right"));
+
+    // 1 − albedo over roughness and n·v, the latter from above.
+    let lost = ["bake", "albedo", "-o", "lost.exr", "--size", "8x24", "--axes", "roughness,n_dot_v", "--flip-v"];
+    succeeds(here, &[&lost[..], &["--channels", "lost", "--encoding", "r32f"]].concat());
+    succeeds(here, &["bake", "average-albedo", "--of", "lost.exr", "-o", "lost_average.exr"]);
+    assert!(succeeds(here, &["verify", "lost_average.exr"]).contains("right"));
+
+    // A texel off by more than rounding explains.
+    let path = here.join("average.ktx2");
+    let (mut texture, encoding) = format::Ktx2.read(&path).unwrap();
+    texture.levels[0][5] += 1e-3;
+    format::certify(&mut texture, encoding).unwrap();
+    std::fs::write(&path, format::Ktx2.to_bytes(&path, &texture, encoding.into()).unwrap()).unwrap();
+    fails(here, 1, &["verify", "average.ktx2", "--full"], &["average.ktx2", "is wrong"]);
+}
+
+#[test]
+fn what_has_no_average_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    succeeds(here, &["bake", "split-sum", "-o", "dfg.ktx2", "--size", "8"]);
+    succeeds(here, &["bake", "albedo", "-o", "e.ktx2", "--size", "8"]);
+    succeeds(here, &["bake", "albedo", "-o", "blocks.ktx2", "--size", "8", "--encoding", "bc4"]);
+    succeeds(here, &["bake", "albedo", "-o", "brushed.ktx2", "--size", "8", "--ndf", "ggx:ratio=0.5"]);
+    succeeds(here, &["bake", "albedo", "-o", "cloth.ktx2", "--size", "8", "--channels", "albedo,cloth"]);
+    let of = |file: &'static str| ["bake", "average-albedo", "-o", "a.ktx2", "--of", file];
+    fails(here, 2, &of("dfg.ktx2"), &["dfg.ktx2", "split-sum", "bake albedo"]);
+    fails(here, 2, &of("blocks.ktx2"), &["bc4", "--encoding r16f"]);
+    fails(here, 2, &of("brushed.ktx2"), &["azimuth"]);
+    fails(here, 2, &of("cloth.ktx2"), &["cloth.ktx2", "another BRDF"]);
+    fails(here, 2, &of("missing.ktx2"), &["missing.ktx2"]);
+    fails(here, 2, &["bake", "albedo", "-o", "a.ktx2", "--of", "e.ktx2"], &["bake average-albedo --of"]);
+    fails(here, 2, &[&of("e.ktx2")[..], &["--size", "8"]].concat(), &["--of", "--size"]);
+    assert!(!here.join("a.ktx2").exists());
+}
+
+/// Glass of an index, with the rule's model.
+fn glass(ior: f64) -> Model {
+    Model::parse("ggx", "smith").unwrap().with(Fresnel::dielectric(ior).unwrap())
+}
+
+/// Indices from both sides: window glass, diamond, and nearly none.
+const INDICES: [f64; 6] = [1.5, 1.0 / 1.5, 2.42, 1.0 / 2.42, 1.05, 1.0 / 1.05];
+
+/// Grazing and near-mirror corners, the neighbourhood of the critical angle, and `n` places between.
+fn places(ior: f64, n: usize) -> Vec<At> {
+    let mut angles = vec![1.0 / 1024.0, 0.02, 0.3, 1.0];
+    if ior < 1.0 {
+        let critical = (1.0 - ior * ior).sqrt();
+        angles.extend([critical - 0.01, critical, critical + 0.01]);
+    }
+    let mut list: Vec<At> = vec![];
+    for n_dot_v in angles {
+        list.extend([1.0 / 1024.0, 0.1, 0.4, 1.0].map(|roughness| At { n_dot_v, roughness }));
+    }
+    let mut random = Random(9);
+    let mut draw = || (-(512f64.ln()) * random.next()).exp();
+    list.extend((0..n).map(|_| At { n_dot_v: draw(), roughness: draw().sqrt() }));
+    list
+}
+
+#[test]
+fn glass_is_within_its_bounds_of_the_truth() {
+    let table = table("glass").unwrap();
+    for ior in INDICES {
+        let model = glass(ior);
+        let tolerance = model.tolerance(&table.facts().tolerance);
+        let list = places(ior, 10);
+        let errors: Vec<([f64; 2], At)> = list
+            .par_iter()
+            .map(|at| {
+                let (rule, truth) = (table.rule(&model, *at), table.truth(&model, *at, 0.1 * tolerance.worst));
+                assert!(truth.error <= 0.4 * tolerance.worst, "{ior} {at:?}: truth {:e}", truth.error);
+                ([0, 1].map(|c| (rule[c] - truth.value[c]).abs()), *at)
+            })
+            .collect();
+        for (c, name) in ["reflected", "transmitted"].into_iter().enumerate() {
+            let (worst, at) = errors.iter().map(|(e, at)| (e[c], at)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            println!("glass {ior:.4} {name}: worst {worst:.1e} at {at:?}, of {} places", errors.len());
+            assert!(worst <= tolerance.at(*at), "{ior} {name} {at:?}: {worst:e}");
+        }
+    }
+}
+
+#[test]
+fn glass_average_is_within_its_bounds_of_the_truth() {
+    let average = table("glass-average").unwrap();
+    for (ior, roughness) in [(1.5, 0.8), (1.0 / 1.5, 0.1), (1.0 / 2.42, 0.3)] {
+        let model = glass(ior);
+        let tolerance = model.tolerance(&average.facts().tolerance);
+        let at = At { n_dot_v: 1.0, roughness };
+        let (rule, truth) = (average.rule(&model, at), average.truth(&model, at, 0.1 * tolerance.worst));
+        let error = |c: usize| (rule[c] - truth.value[c]).abs();
+        println!("glass-average {ior:.4} {roughness}: {:.1e} {:.1e}, truth {:.1e}", error(0), error(1), truth.error);
+        assert!(error(0).max(error(1)) <= tolerance.worst, "{ior} {roughness}: {} {}", error(0), error(1));
+    }
+}
+
+#[test]
+fn average_transmission_is_reciprocal() {
+    // Power that crosses an interface under diffuse light is the same both ways, but for the area of the cone.
+    let average = table("glass-average").unwrap();
+    for ior in [1.1, 1.33, 1.5, 2.42] {
+        for roughness in [0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0] {
+            let at = At { n_dot_v: 1.0, roughness };
+            let [outside, inside] = [ior, 1.0 / ior].map(|ior| average.rule(&glass(ior), at)[1]);
+            let error = (outside - ior * ior * inside).abs();
+            println!("reciprocity {ior} {roughness}: {error:.1e}");
+            assert!(error <= 1e-6, "{ior}, roughness {roughness}: {outside} and {inside}, off by {error:e}");
+        }
+    }
+}
+
+/// Blender Cycles' published tables, entries of each.
+const CYCLES: &str = include_str!("golden/cycles_glass.txt");
+
+#[test]
+fn glass_agrees_with_the_published_tables_of_cycles() {
+    let ends = |i: &str, n: f64| i.parse::<f64>().map_or(1.0, |i| (i / n).max(1e-4));
+    let (mut compared, mut inside) = (0, 0.0f64);
+    let mut worst = [0.0f64; 3];
+    for line in CYCLES.lines().filter(|l| !l.starts_with('#')) {
+        let words: Vec<&str> = line.split(' ').collect();
+        let [name, z, mu, roughness, published] = words[..] else { panic!("{line}") };
+        let (z, published) = (ends(z, 15.0), published.parse::<f64>().unwrap());
+        let at =
+            At { n_dot_v: ends(mu, 15.0), roughness: ends(roughness, if name == "ggx_Eavg" { 31.0 } else { 15.0 }) };
+        let index = (1.0 + z * z) / (1.0 - z * z);
+        let total = |name: &str, index: f64| table(name).unwrap().rule(&glass(index), at)[2];
+        let (found, kind) = match name {
+            "ggx_glass_E" => (total("glass", index), 0),
+            "ggx_glass_Eavg" => (total("glass-average", index), 1),
+            "ggx_Eavg" => (table("average-albedo").unwrap().rule(&glass(1.5), at)[0], 2),
+            _ => {
+                // Theirs counts rays that a facet refracts to the side that they come from.
+                let found = total("glass", 1.0 / index);
+                assert!(found <= published + 1e-5, "{line}: {found}");
+                inside = inside.max(published - found);
+                continue;
+            }
+        };
+        let error = (found - published).abs();
+        worst[kind] = worst[kind].max(error);
+        assert!(error <= 1e-5, "{line}: {found}");
+        compared += 1;
+    }
+    let [e, mean, metal] = worst;
+    println!("Cycles, {compared} entries: ggx_glass_E {e:.1e}, ggx_glass_Eavg {mean:.1e}, ggx_Eavg {metal:.1e}");
+    println!("Cycles from inside: up to {inside:.3} too high");
+    assert!(compared == 191 && inside > 0.1, "{compared} {inside}");
+}
+
+#[test]
+fn glass_of_no_roughness_is_a_flat_surface() {
+    for ior in INDICES {
+        let model = glass(ior);
+        for n_dot_v in [0.0, 0.2, 0.7, 1.0] {
+            let [r, t, total, _] = table("glass").unwrap().rule(&model, At { n_dot_v, roughness: 0.0 });
+            assert!((r - model.fresnel.weights(n_dot_v)[1]).abs() < 1e-12 && (total - 1.0).abs() < 1e-12, "{r} {t}");
+            // A narrow lobe is nearly that, away from the critical angle and the horizon.
+            let near = table("glass").unwrap().rule(&model, At { n_dot_v: 0.9, roughness: 0.02 });
+            let flat = table("glass").unwrap().rule(&model, At { n_dot_v: 0.9, roughness: 0.0 });
+            assert!((near[0] - flat[0]).abs() < 1e-3 && (near[1] - flat[1]).abs() < 1e-3, "{ior}: {near:?} {flat:?}");
+        }
+        // Nothing is made, and from inside nothing leaves along the horizon.
+        for at in places(ior, 20) {
+            let total = table("glass").unwrap().rule(&model, at)[2];
+            assert!(total <= 1.0 + 2e-6, "{ior} {at:?}: {total}");
+        }
+        if ior < 1.0 {
+            assert_eq!(table("glass").unwrap().rule(&model, At { n_dot_v: 0.0, roughness: 0.5 })[1], 0.0);
+        }
+    }
+}
+
+#[test]
+fn glass_agrees_with_its_twin_on_a_device() {
+    common::on_gpu(|backend| {
+        for ior in [1.5, 1.0 / 1.5, 2.42, 1.0 / 1.05] {
+            for points in [Points::Centers, Points::Edges] {
+                for (name, size) in [("glass", (32, 24)), ("glass-average", (12, 1))] {
+                    let fresnel = Some(Fresnel::dielectric(ior).unwrap());
+                    let channels = Some(["reflected", "transmitted", "total"].map(String::from).to_vec());
+                    let request = TableRequest { size, points, fresnel, channels, ..TableRequest::new(name) };
+                    let job = request.resolve().unwrap();
+                    let texture = job.run(backend, &mut ignore).unwrap();
+                    let mut errors = vec![];
+                    for y in 0..texture.height {
+                        for x in 0..texture.width {
+                            let at = job.at(x, y);
+                            for (found, expected) in texture.texel(0, 0, x, y).iter().zip(job.rule(at)) {
+                                errors.push((f64::from(*found) - expected).abs());
+                                assert!(errors[errors.len() - 1] <= job.loosest().at(at), "{name} {ior} {at:?}");
+                            }
+                        }
+                    }
+                    errors.sort_by(f64::total_cmp);
+                    let (worst, median) = (errors[errors.len() - 1], errors[errors.len() / 2]);
+                    println!("{name} {ior:.4} {points:?}: twin worst {worst:.1e}, median {median:.1e}");
+                    assert!(median <= 2e-7, "{name} {ior}: median {median:e}");
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn faults_of_glass_are_seen() {
+    let request = |ior: f64| TableRequest {
+        size: (24, 24),
+        fresnel: Some(Fresnel::dielectric(ior).unwrap()),
+        ..TableRequest::new("glass")
+    };
+    let failures =
+        |job: &TableJob, texture: &Texture| check(job, texture, None, Extent::Spot, &mut ignore).unwrap().failures;
+    for ior in [1.5, 1.0 / 1.5] {
+        let job = request(ior).resolve().unwrap();
+        let sound = job.run(&Backend::Cpu, &mut ignore).unwrap();
+        assert_eq!(failures(&job, &sound), Vec::<String>::new(), "the sound table must pass");
+        for channel in 0..2 {
+            let mut texture = sound.clone();
+            texture.levels[0].chunks_exact_mut(2).for_each(|texel| texel[channel] *= 1.001);
+            let found = failures(&job, &texture);
+            assert!(found.iter().any(|f| f.contains(&texture.channels[channel])), "{channel}: {found:?}");
+        }
+        // Power, not radiance; the other channel; an index that is 1 % off.
+        let mut texture = sound.clone();
+        texture.levels[0].chunks_exact_mut(2).for_each(|texel| texel.swap(0, 1));
+        assert!(!failures(&job, &texture).is_empty());
+        assert!(!failures(&request(1.01 * ior).resolve().unwrap(), &sound).is_empty());
+    }
+}
+
+#[test]
+fn what_is_no_glass_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let bake = |more: &[&'static str]| [&["bake", "glass", "-o", "a.ktx2"], more].concat();
+    fails(here, 2, &bake(&["--material", "copper"]), &["glass is a dielectric", "--ior"]);
+    fails(here, 2, &bake(&["--ndf", "beckmann"]), &["beckmann", "ggx with smith"]);
+    fails(here, 2, &bake(&["--visibility", "cook-torrance"]), &["cook-torrance"]);
+    fails(here, 2, &bake(&["--ior", "1"]), &["refractive index of 1 "]);
+    assert!(!here.join("a.ktx2").exists());
+    for (ior, file) in [("1.5", "outside.ktx2"), ("0.6666666", "inside.exr")] {
+        succeeds(here, &["bake", "glass", "-o", file, "--size", "16", "--ior", ior, "--channels", "total,transmitted"]);
+        assert!(succeeds(here, &["verify", file, "--full"]).contains("right"), "{file}");
+        assert!(succeeds(here, &["info", file]).contains("dielectric:ior="));
+    }
+    succeeds(here, &["bake", "glass-average", "-o", "average.ktx2", "--size", "8", "--ior", "0.6666666"]);
+    assert!(succeeds(here, &["verify", "average.ktx2"]).contains("right"));
+}
