@@ -11,8 +11,8 @@ use brdf_baker::format::{self, Format, Output};
 use brdf_baker::material::{self, Material};
 use brdf_baker::plot::{encode_png, write_text};
 use brdf_baker::spheres::{
-    self, Difference, Files, Given, HALF_VECTORS, MAX_HALF_VECTORS, Maps, Method, Picture, Pictures, Preview, Property, RADIUS, Scene,
-    Sphere, Tone,
+    self, Difference, Files, Given, HALF_VECTORS, MAX_HALF_VECTORS, Maps, Method, Picture, Pictures, Preview, Property,
+    RADIUS, Scene, Sphere, Tone,
 };
 use brdf_baker::texture::{Meta, Shape, Texture};
 use brdf_baker::{Error, Result};
