@@ -796,6 +796,7 @@ fn spheres_are_drawn_from_files() {
     refused(&["--base-color", "1,2,3"], &["--base-color", "0 to 1"]);
     refused(&["--base-color", "missing.png"], &["missing.png"]);
     refused(&["--ndf", "ggx:ratio=0.5"], &["anisotropic", "--ndf"]);
+    fails(here, &["preview", "-o", "d.png", "--samples", "9000"], &["9000", "7680"]);
     refused(&["--tone", "filmic"], &["filmic", "aces"]);
     refused(&["--rotate", "90"], &["cannot be turned", "--rotate"]);
     fails(here, &["preview", "-o", "d.png", "--env", "dfg.ktx2"], &["dfg.ktx2"]);

@@ -5,7 +5,7 @@
 #include "term/cube.glsl"
 #include "term/surface.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 32) in;
 
 // `Block` in src/spheres/gpu.rs.
 layout(std430, set = 0, binding = 0) readonly buffer Scene {

@@ -12,7 +12,7 @@ use crate::shaders;
 use crate::spheres::scene::{RADIUS, Seen};
 
 /// Invocations a workgroup, as in the shader.
-const WORKGROUP: u32 = 64;
+const WORKGROUP: u32 = 32;
 
 /// The shader's scene.
 #[repr(C)]

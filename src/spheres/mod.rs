@@ -84,6 +84,8 @@ struct Lighting {
 
 /// Half vectors a pixel of the reference, unless told otherwise: [`Preview::half_vectors`].
 pub const HALF_VECTORS: u32 = 4096;
+/// Most of them: eight times as many at a rim, and software Vulkan counts the iterations of a shader to 65,535.
+pub const MAX_HALF_VECTORS: u32 = 7680;
 
 impl Preview {
     /// A preview without compensation, in front of the environment.
@@ -103,6 +105,10 @@ impl Preview {
         if self.model.is_anisotropic() {
             let what = "the spheres are shaded with round lobes, not with an anisotropic distribution";
             return Err(Error::usage(what, "leave ratio and azimuth out of --ndf"));
+        }
+        if method == Method::Reference && !(1..=MAX_HALF_VECTORS).contains(&self.half_vectors) {
+            let what = format!("a pixel cannot be looked at along {} half vectors", self.half_vectors);
+            return Err(Error::usage(what, format!("use --samples up to {MAX_HALF_VECTORS}")));
         }
         if method == Method::Reference && self.pictures.vary_roughness {
             let what = "the reference integrates one roughness a sphere, so it does not go with a texture of roughness";
