@@ -6,12 +6,7 @@
 #include "lib/smith_row.glsl"
 #include <azimuth_nodes>
 
-// From inside they crowd at the panel's end, where 1 - F starts like a root.
-#if FRESNEL_KINKS > 0
-#define TRANSMIT_NODES NODES_14_FAR
-#else
-#define TRANSMIT_NODES NODES_14
-#endif
+#define TRANSMIT_NODES NODES_16_FAR
 
 // The least v.h of a facet that transmits; beyond 1 where none does.
 float least(float cos_h, float n_dot_v, float eta) {

@@ -26,8 +26,9 @@ use crate::term::visibility::{Directions, Visibility};
 
 /// Polar nodes a panel from outside and from inside.
 const OUTER: [usize; 2] = [28, 24];
-/// Azimuth nodes a panel; from inside crowded at the panel's end, where 1 − F starts like a root.
-const AZIMUTH_NODES: usize = 14;
+/// Azimuth nodes a panel, crowded at its end: there 1 − F starts like a root from inside, and from outside as steeply as
+/// the index is large.
+const AZIMUTH_NODES: usize = 16;
 
 /// Nodes in words.
 pub fn rule_name(fresnel: &Fresnel) -> String {
@@ -120,7 +121,7 @@ pub fn transmit(visibility: &Visibility, fresnel: &Fresnel, row: &Row, n_dot_v: 
     let excess = (eta - 1.0) * (eta + 1.0);
     let alpha = row.lobe.map_or(0.0, |l| l.alpha);
     let sigma_v = row.projected_area(mu);
-    let azimuth = &AZIMUTH[usize::from(fresnel.kink().is_some())][AZIMUTH_NODES];
+    let azimuth = &AZIMUTH[1][AZIMUTH_NODES];
     let mut sum = 0.0;
     for node in nodes {
         // One polar angle of h; the azimuth counts from v's.
