@@ -58,7 +58,7 @@ impl Table for GlassAverage {
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
-        mean_truth(at.roughness, tolerance, |n_dot_v| glass::truth(model, At { n_dot_v, ..at }, 0.2 * tolerance))
+        mean_truth(at.roughness, tolerance, |n_dot_v| glass::truth(model, At { n_dot_v, ..at }, 0.5 * tolerance))
     }
 
     fn bake(

@@ -17,7 +17,7 @@
 
 use std::f64::consts::PI;
 
-use super::h_split::{AZIMUTH, Outer, RULES, Row, sine};
+use super::h_split::{AZIMUTH, LEAST_COSINE, Outer, RULES, Row, sine};
 use crate::ndf::Ndf;
 use crate::quadrature::gauss_legendre::Node;
 use crate::term::fresnel::Fresnel;
@@ -134,8 +134,8 @@ pub fn transmit(visibility: &Visibility, fresnel: &Fresnel, row: &Row, n_dot_v: 
             let s = (width * inner.x).sin();
             let v_dot_h = cos_h * (near - far * s * s).max(0.0);
             let behind = (excess + v_dot_h * v_dot_h).max(0.0).sqrt();
-            // Rounding may carry it past either end.
-            let n_dot_l = ((mu + excess * cos_h / (behind + v_dot_h)) / eta).clamp(0.0, 1.0);
+            // Rounding may carry it past either end, and at grazing G would be a quotient of zeros.
+            let n_dot_l = ((mu + excess * cos_h / (behind + v_dot_h)) / eta).clamp(LEAST_COSINE, 1.0);
             let sigma_l = row.projected_area(n_dot_l);
             let d = Directions { n_dot_l, n_dot_v: mu, n_dot_h: cos_h, v_dot_h, sigma_l, sigma_v, alpha };
             let transmitted = 1.0 - fresnel.weights(v_dot_h)[1];
