@@ -86,6 +86,9 @@ pub const FINE: u32 = 4;
 /// A texel this many times brighter (as a factor of its extent) than the mean is cut into nodes.
 const CUT_BRIGHTNESS: f64 = 2.0;
 
+/// A node whose channels lie apart by its half diagonal counts as larger by 1 and this.
+const COLOUR: f64 = 20.0;
+
 /// Nodes of a subtree: more do not get a common root.
 pub const MAX_NODES: u32 = 1 << 22;
 
@@ -381,9 +384,9 @@ impl<C: Chart> Builder<'_, C> {
         let (few, one) = (texels <= MAX_CUT, texels <= 1);
         if one || extent <= if few { self.params.leaf_extent_rad } else { self.params.least_extent_rad } {
             let sums = self.chart.sums(r, &self.light);
-            let brightness = self.brightness(r, &sums);
-            let small = extent * brightness <= self.params.leaf_extent_rad;
-            let whole = one && brightness < CUT_BRIGHTNESS || r.r1 - r.r0 == 1 && r.c1 - r.c0 == 1;
+            let factor = self.factor(r, &sums);
+            let small = extent * factor <= self.params.leaf_extent_rad;
+            let whole = one && factor < CUT_BRIGHTNESS || r.r1 - r.r0 == 1 && r.c1 - r.c0 == 1;
             if small || !few || whole {
                 nodes[at] = self.node(r, &sums, 1);
                 return sums;
@@ -403,9 +406,29 @@ impl<C: Chart> Builder<'_, C> {
         (0..3).map(|k| sums.e[k] * self.light.inverse_mean[k]).sum()
     }
 
-    /// The factor by which a rectangle counts as larger.
-    fn brightness(&self, r: Rect, sums: &Sums) -> f64 {
-        (self.weight(sums) / (3.0 * self.chart.solid_angle_sr(r))).sqrt().clamp(1.0, self.params.brightness_limit)
+    /// The factor by which a rectangle counts as larger: for its brightness, and for channels that lie apart, whose second
+    /// moments the common one misses.
+    fn factor(&self, r: Rect, sums: &Sums) -> f64 {
+        let weight = self.weight(sums);
+        let bright = (weight / (3.0 * self.chart.solid_angle_sr(r))).sqrt().clamp(1.0, self.params.brightness_limit);
+        bright * (1.0 + COLOUR * self.apart(sums, weight) / self.chart.half_diagonal(r))
+    }
+
+    /// How far a channel's centroid lies from that of all, on the unit ball; a channel counts by its share of the weight.
+    fn apart(&self, sums: &Sums, weight: f64) -> f64 {
+        if weight <= 0.0 {
+            return 0.0;
+        }
+        let centroid: [f64; 3] =
+            std::array::from_fn(|x| (0..3).map(|k| sums.first[k][x] * self.light.inverse_mean[k]).sum::<f64>() / weight);
+        let of_channel = |k: usize| {
+            let e = sums.e[k];
+            let offset = |x: usize| sums.first[k][x] - e * centroid[x];
+            let moment = (0..3).map(|x| offset(x).powi(2)).sum::<f64>().sqrt();
+            // The moment over the channel's energy is the distance; times three times its share of the weight, up to 1.
+            moment * inverse(e) * (3.0 * e * self.light.inverse_mean[k] / weight).min(1.0)
+        };
+        (0..3).map(of_channel).fold(0.0, f64::max)
     }
 
     fn node(&self, r: Rect, sums: &Sums, skip: u32) -> Node {
@@ -429,7 +452,7 @@ impl<C: Chart> Builder<'_, C> {
             let (k, x) = (i / 3, i % 3);
             fraction((sums.first[k][x] - sums.e[k] * c[x]) * inverse(sums.e[k]) / scale)
         });
-        let key = Node::key_code(f64::from(extent) * self.brightness(r, sums));
+        let key = Node::key_code(f64::from(extent) * self.factor(r, sums));
         let (c, e) = (c.map(|v| v as f32), sums.e.map(|v| v as f32));
         Node { c, key_and_skip: key << 22 | skip, e, extent, d, rows, q, columns }
     }
