@@ -7,6 +7,11 @@ pub enum Shape {
     Table,
     /// The sphere in one picture of `width` × `height` texels with a chain of mips; the meta's `projection` says how.
     Map,
+    /// A table of `depth` slices of `width` × `height` texels, one level: a 3-D texture.
+    Volume {
+        /// Slices.
+        depth: u32,
+    },
     /// Six square faces (+X −X +Y −Y +Z −Z, oriented as the Vulkan and KTX2 specifications say) with a chain of mips.
     Cube,
 }
@@ -22,18 +27,19 @@ pub struct Texture {
     pub height: u32,
     /// What each channel holds, e.g. `["scale", "bias"]`. At most four.
     pub channels: Vec<String>,
-    /// Level by level: faces in order, rows from the top, texels from the left, channels interleaved.
+    /// Level by level: faces or slices in order, rows from the top, texels from the left, channels interleaved.
     pub levels: Vec<Vec<f32>>,
     /// What the file says of itself: model, axes, errors. Written and read by every format.
     pub meta: Meta,
 }
 
 impl Texture {
-    /// 1, or 6 for a cube.
+    /// Pictures of a level that follow each other: 1, 6 of a cube, the slices of a volume.
     pub fn faces(&self) -> u32 {
         match self.shape {
             Shape::Table | Shape::Map => 1,
             Shape::Cube => 6,
+            Shape::Volume { depth } => depth,
         }
     }
 

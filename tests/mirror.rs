@@ -148,3 +148,16 @@ fn geometry_terms_state_the_same_rule_on_both_sides() {
         assert!(glsl.contains(&format!("#define KINKS {kinks}\n")), "{}: {kinks} kinks", v.name);
     }
 }
+
+#[test]
+fn transmission_has_a_shader_for_either_side_and_the_same_nodes() {
+    for fresnel in fresnel::TERMS {
+        let name = format!("bake/transmit+{}", fresnel.file);
+        let transparent = ["dielectric", "internal"].contains(&fresnel.name);
+        assert_eq!(SHADERS.iter().any(|(n, _)| *n == name), transparent, "{name}");
+    }
+    let glsl = read(&root().join("shaders/rule/transmit.glsl"));
+    let nodes = glsl.split("#define TRANSMIT_NODES NODES_").nth(1).and_then(|rest| rest.split('_').next()).unwrap();
+    let outside = fresnel::Fresnel::dielectric(1.5).unwrap();
+    assert!(brdf_baker::rule::transmit::rule_name(&outside).ends_with(&format!("x{nodes} a panel")), "{nodes}");
+}

@@ -3,6 +3,6 @@
 struct Optics {
     // Refractive index of red, green and blue; a dielectric has one, the first.
     vec3 eta;
-    // Extinction coefficient, for conductors.
+    // Extinction coefficient, for conductors; from inside a dielectric the first is the cosine of the critical angle.
     vec3 k;
 };

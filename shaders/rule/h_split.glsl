@@ -14,7 +14,7 @@
 #define AZIMUTH_NODE(g, u) { \
     float s = sin_quarter(from + width * (g)); \
     float v_dot_h = cos_h * max(near - far * s * s, 0.0); \
-    float n_dot_l = clamp(2.0 * cos_h * v_dot_h - mu, 0.0, 1.0); \
+    float n_dot_l = clamp(2.0 * cos_h * v_dot_h - mu, 1e-20, 1.0); \
     float f = (u) * v_dot_h * g_over_n_dot_v( \
         Directions(n_dot_l, mu, cos_h, v_dot_h, projected_area(n_dot_l), sigma_v, alpha)); \
     panel += f * weights(v_dot_h, optics); \

@@ -6,27 +6,22 @@
 #include "lib/smith_row.glsl"
 #include <azimuth_nodes>
 
-// From inside they crowd at the panel's end, where 1 - F starts like a root.
-#if FRESNEL_KINKS > 0
-#define TRANSMIT_NODES NODES_14_FAR
-#else
-#define TRANSMIT_NODES NODES_14
-#endif
+#define TRANSMIT_NODES NODES_16_FAR
 
 // The least v.h of a facet that transmits; beyond 1 where none does.
-float least(float cos_h, float n_dot_v, float eta) {
-    if (eta > 1.0) {
-        return 0.0;
-    }
-    float critical2 = (1.0 - eta) * (1.0 + eta);
-    float critical = sqrt(critical2);
-    float needed = cos_h * critical2 / max(n_dot_v, 1e-30);
-    return needed > critical ? 0.5 * (needed + critical2 / needed) : critical;
+float least(float cos_h, float n_dot_v, Optics optics) {
+#if FRESNEL_KINKS > 0
+    float vc = critical(optics);
+    float needed = cos_h * vc * vc / max(n_dot_v, 1e-30);
+    return needed > vc ? 0.5 * (needed + vc * vc / needed) : vc;
+#else
+    return 0.0;
+#endif
 }
 
 // Half the azimuth, from v's, up to which facets at a polar angle transmit; 0 where none do.
-float last(float tan_h, float cos_h, float n_dot_v, float sin_v, float eta) {
-    return half_acos((least(cos_h, n_dot_v, eta) / cos_h - n_dot_v) / (tan_h * sin_v));
+float last(float tan_h, float cos_h, float n_dot_v, float sin_v, Optics optics) {
+    return half_acos((least(cos_h, n_dot_v, optics) / cos_h - n_dot_v) / (tan_h * sin_v));
 }
 
 // One node of the azimuth panel, in half the azimuth.
@@ -34,7 +29,7 @@ float last(float tan_h, float cos_h, float n_dot_v, float sin_v, float eta) {
     float s = sin_quarter(width * (g)); \
     float v_dot_h = cos_h * max(near - far * s * s, 0.0); \
     float behind = sqrt(max(excess + v_dot_h * v_dot_h, 0.0)); \
-    float n_dot_l = clamp((mu + excess * cos_h / (behind + v_dot_h)) / eta, 0.0, 1.0); \
+    float n_dot_l = clamp((mu + excess * cos_h / (behind + v_dot_h)) / eta, 1e-20, 1.0); \
     float f = (u) * v_dot_h * g_over_n_dot_v( \
         Directions(n_dot_l, mu, cos_h, v_dot_h, projected_area(n_dot_l), sigma_v, alpha)); \
     ring += f * (1.0 - weights(v_dot_h, optics).y); \
@@ -51,7 +46,11 @@ float transmit(float n_dot_v, uint begin, uint end) {
     }
     float sv = max(sqrt((1.0 - mu) * (1.0 + mu)), 1e-7);
     float eta = optics.eta.x;
+#if FRESNEL_KINKS > 0
+    float excess = -critical(optics) * critical(optics);
+#else
     float excess = (eta - 1.0) * (eta + 1.0);
+#endif
     float sigma_v = projected_area(mu);
 
     float sum = 0.0;
@@ -62,7 +61,7 @@ float transmit(float n_dot_v, uint begin, uint end) {
         float cos_h = inversesqrt(1.0 + t * t);
         float near = mu + t * sv;
         float far = 2.0 * t * sv;
-        float width = last(t, cos_h, mu, sv, eta);
+        float width = last(t, cos_h, mu, sv, optics);
         float ring = 0.0;
         TRANSMIT_NODES(TRANSMIT_NODE)
         sum += node.y * width * ring;

@@ -81,13 +81,29 @@ pub(super) fn check(model: &Model) -> Result<()> {
     Ok(())
 }
 
+/// Media of the same index: there is no interface, and none of its facets.
+pub(super) fn is_nothing(model: &Model) -> bool {
+    model.fresnel.optics.eta[0] == 1.0
+}
+
 /// (reflected, transmitted, total) from what is reflected and transmitted.
 pub(super) fn channels(reflected: f64, transmitted: f64) -> Values {
     [reflected, transmitted, reflected + transmitted, 0.0]
 }
 
+/// Both by the rule.
+pub(super) fn rule(model: &Model, at: At) -> Values {
+    if is_nothing(model) {
+        return channels(0.0, 1.0);
+    }
+    channels(model.rule(at)[1], model.transmitted(at))
+}
+
 /// What the truth says of both.
 pub(super) fn truth(model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
+    if is_nothing(model) {
+        return Estimate { value: channels(0.0, 1.0), error: 0.0 };
+    }
     let reflected = truth::albedo(model, at.n_dot_v, at.roughness, 0.5 * tolerance);
     let transmitted = refraction::transmitted(model, at.n_dot_v, at.roughness, 0.5 * tolerance);
     Estimate { value: channels(reflected.value[1], transmitted.value[0]), error: reflected.error + transmitted.error }
@@ -95,6 +111,9 @@ pub(super) fn truth(model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANN
 
 /// Both, on a grid: [`MAX_CHANNELS`] values a texel.
 pub(super) fn on_grid(grid: Grid<'_>, model: &Model, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+    if is_nothing(model) {
+        return Ok(channels(0.0, 1.0).map(|v| v as f32).repeat(grid.n_dot_v.len() * grid.roughness.len()));
+    }
     let mut texels = grid.run(backend, model, on)?;
     let transmitted = grid.transmitted(backend, model, on)?;
     for (texel, transmitted) in
@@ -112,7 +131,7 @@ impl Table for Glass {
     }
 
     fn rule(&self, model: &Model, at: At) -> Values {
-        channels(model.rule(at)[1], model.transmitted(at))
+        rule(model, at)
     }
 
     fn check(&self, model: &Model) -> Result<()> {

@@ -94,7 +94,9 @@ impl Grid<'_> {
         let n_dot_v: Vec<f32> = self.n_dot_v.iter().map(|x| *x as f32).collect();
         let n_dot_v = gpu.upload("n_dot_v", &n_dot_v)?;
         let padded = |x: [f64; 3]| [x[0] as f32, x[1] as f32, x[2] as f32, 0.0];
-        let (eta, k) = (padded(model.fresnel.optics.eta), padded(model.fresnel.optics.k));
+        // As shaders/term/fresnel/internal.glsl reads them.
+        let k = model.fresnel.kink().map_or(model.fresnel.optics.k, |critical| [critical, 0.0, 0.0]);
+        let (eta, k) = (padded(model.fresnel.optics.eta), padded(k));
 
         let columns = self.n_dot_v.len() as u32;
         let row_bytes = u64::from(columns) * size_of::<[f32; WEIGHTS]>() as u64;

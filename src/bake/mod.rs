@@ -15,11 +15,13 @@ pub(crate) mod slices;
 pub mod specular;
 mod split_sum;
 mod stored;
+pub mod volume;
 
 pub use backend::Backend;
 pub use model::Model;
 pub use roughness_law::RoughnessLaw;
 pub use stored::Stored;
+pub use volume::{IorMap, VolumeJob};
 
 use self::companion::{COMPANIONS, Companion};
 use crate::axis::{Axis, Coordinate, Points, Warp};
@@ -607,6 +609,13 @@ impl TableJob {
 
     /// The job that made a file, from what the file says.
     pub fn from_meta(texture: &Texture) -> Result<TableJob> {
+        TableRequest::from_meta(texture)?.resolve()
+    }
+}
+
+impl TableRequest {
+    /// The request that made a file, from what the file says.
+    fn from_meta(texture: &Texture) -> Result<TableRequest> {
         let get = |key: &str| {
             texture.meta.get(key).ok_or_else(|| {
                 Error::usage(
@@ -616,13 +625,16 @@ impl TableJob {
             })
         };
         let list = |key: &str| Ok::<_, Error>(get(key)?.split(',').map(String::from).collect::<Vec<_>>());
-        let request = TableRequest {
+        Ok(TableRequest {
             table: get("table")?.into(),
             size: (texture.width, texture.height),
             ndf: get("ndf")?.into(),
             visibility: get("visibility")?.into(),
-            // Files of version 0.1 did not state it: they hold the table's own.
-            fresnel: texture.meta.get("fresnel").map(Fresnel::parse).transpose()?,
+            // Files of version 0.1 did not state it: they hold the table's own. With an axis of indices it has none.
+            fresnel: match texture.meta.get("fresnel") {
+                None | Some("dielectric") => None,
+                Some(text) => Some(Fresnel::parse(text)?),
+            },
             axes: Some(list("axes")?),
             points: Points::parse(get("points")?)?,
             flip_v: list("order")?.last().is_some_and(|o| o == "descending"),
@@ -634,7 +646,6 @@ impl TableJob {
             },
             channels: Some(texture.channels.clone()),
             of: texture.meta.get("of").map(Stored::parse).transpose()?,
-        };
-        request.resolve()
+        })
     }
 }

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::axis::Points;
-use brdf_baker::bake::{Backend, TableRequest};
+use brdf_baker::bake::{self, Backend, IorMap, TableJob, TableRequest, VolumeJob};
 use brdf_baker::format::{self, Encoding, Output, Repr};
 use brdf_baker::material;
+use brdf_baker::progress::OnProgress;
 use brdf_baker::target::{self, Choice};
 use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::texture::{Shape, Texture};
-use brdf_baker::verify::table::{Extent, check};
+use brdf_baker::verify::table::{Extent, TableReport, check};
 use brdf_baker::{Error, Result};
 use serde_json::json;
 
@@ -36,9 +37,10 @@ pub struct BakeArgs {
         conflicts_with_all = ["target", "size", "ndf", "visibility", "fresnel", "axes", "points", "flip_v", "channels"]
     )]
     of: Option<PathBuf>,
-    /// Texels: 256, or 128x32 for width x height [default: 256]
-    #[arg(long, value_name = "N|WxH", value_parser = parse_size)]
-    size: Option<(u32, u32)>,
+    /// Texels: 256, or 128x32 for width x height, or 16x16x16 where a third axis runs over slices [default: 256, over three
+    /// axes 32]
+    #[arg(long, value_name = "N|WxH|WxHxD", value_parser = parse_sizes)]
+    size: Option<Sizes>,
     /// Normal distribution function [default: ggx]
     #[arg(long, value_name = "NAME[:PARAMETER=VALUE,...]")]
     ndf: Option<String>,
@@ -54,9 +56,10 @@ pub struct BakeArgs {
     /// Exact Fresnel of a named material, see `brdf-baker materials`
     #[arg(long, value_name = "NAME", group = "fresnel")]
     material: Option<String>,
-    /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha [default:
+    /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; of glass last of
+    /// all ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or openpbr_ior, for a slice each [default:
     /// n_dot_v,roughness]
-    #[arg(long, value_name = "X,Y", value_delimiter = ',')]
+    #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',')]
     axes: Option<Vec<String>>,
     /// Where in its texel a value is taken: centers, (i + 1/2)/N, or edges, i/(N - 1) [default: centers]
     #[arg(long, value_name = "centers|edges")]
@@ -94,11 +97,23 @@ impl BakeArgs {
         let mut choice = Choice::of(target);
         let owned = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
         let albedo = self.of.as_deref().map(|path| read_albedo(path, &self.table)).transpose()?;
+        let points = self.points.as_deref().map(Points::parse).transpose()?;
+        let axes = choice.pick("axes", self.axes.map(Some), preset.map(|p| Some(p.axis_names())), None);
+        let (axes, map) = split_axes(axes)?;
+        let table = preset.map_or(self.table, |p| p.table.into());
+        let one_axis = bake::table(&table)?.facts().axes.len() == 1;
+        let given = self.size.map(|sizes| sizes.of(one_axis, map.is_some())).transpose()?;
+        let usual = match map {
+            None => ((256, 256), 1),
+            Some(_) => ((32, if one_axis { 1 } else { 32 }), 32),
+        };
+        let of_preset = preset.map(|p| (p.size, p.slices.map_or(1, |(_, depth)| depth)));
+        let (size, depth) = choice.pick("size", given, of_preset, usual);
         let request = match &albedo {
             Some((path, texture, encoding)) => TableRequest::average_of(texture, *encoding)
                 .map_err(|e| Error::input(path, e.to_string(), e.help().to_string()))?,
             None => TableRequest {
-                size: choice.pick("size", self.size, preset.map(|p| p.size), (256, 256)),
+                size,
                 ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), "ggx".into()),
                 visibility: choice.pick(
                     "visibility",
@@ -106,18 +121,8 @@ impl BakeArgs {
                     preset.map(|p| p.visibility.into()),
                     "smith".into(),
                 ),
-                axes: choice.pick(
-                    "axes",
-                    self.axes.map(Some),
-                    preset.map(|p| Some(p.axes.iter().map(|axis| axis.name().to_string()).collect())),
-                    None,
-                ),
-                points: choice.pick(
-                    "points",
-                    self.points.as_deref().map(Points::parse).transpose()?,
-                    preset.map(|p| p.points),
-                    Points::Centers,
-                ),
+                axes,
+                points: choice.pick("points", points, preset.map(|p| p.points), Points::Centers),
                 flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
                 row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
                 channels: choice.pick(
@@ -127,12 +132,13 @@ impl BakeArgs {
                     preset.filter(|_| fresnel.is_none()).map(|p| Some(owned(p.channels))),
                     None,
                 ),
-                table: self.table,
+                table,
                 fresnel,
                 of: None,
             },
         };
-        let job = request.resolve()?;
+        let job = Job::new(&request, map, depth)?;
+        let (facts, shape) = (job.slice(), job.shape());
         let path = match (self.output, preset) {
             (Some(path), _) => path,
             (None, Some(preset)) => format!("{}.{}", preset.stem, preset.extension).into(),
@@ -141,18 +147,18 @@ impl BakeArgs {
         let format = format::for_path(&path)?;
         let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
-        let channels = job.channels.len();
+        let channels = facts.channels.len();
         // Halves would round away what the average of stored texels is for.
         let single = Encoding::fitting(Repr::F32, channels).filter(|e| format.encodings(Shape::Table).contains(e));
         let given = given.or(single.filter(|_| albedo.is_some()));
-        let encoding = choice.encoding(format, Shape::Table, channels, given, of_preset)?;
+        let encoding = choice.encoding(format, shape, channels, given, of_preset)?;
         let storage = self.storage.of(format, encoding)?;
         if let Some(preset) = preset {
             choice.container(format, preset.extension);
         }
         console.overrides(&choice);
-        for (i, channel) in job.channel_facts().enumerate() {
-            let [low, high] = job.range(i);
+        for (i, channel) in facts.channel_facts().enumerate() {
+            let [low, high] = facts.range(i);
             format::check_range(&path, format, encoding, channel.name, &(low..=high))?;
         }
         let output = Output::prepare(&path)?;
@@ -163,10 +169,10 @@ impl BakeArgs {
             None => Backend::open(&global.device, global.validate)?,
         };
         let mut texture = match &albedo {
-            Some((_, albedo, encoding)) => job.average(albedo, *encoding)?,
+            Some((_, albedo, encoding)) => facts.average(albedo, *encoding)?,
             None => job.run(&backend, &mut |p| console.progress(p))?,
         };
-        let report = check(&job, &texture, None, Extent::Spot, &mut |p| console.progress(p))?;
+        let report = job.check(&texture, &mut |p| console.progress(p))?;
         if let Some(failure) = report.failures.first() {
             return Err(Error::Verify { what: format!("'{}' was not written: {failure}", path.display()) });
         }
@@ -177,27 +183,33 @@ impl BakeArgs {
         choice.describe(&mut texture.meta);
         texture.meta.set("error.worst", format!("{:.2e}", report.worst() + report.truth_error));
         texture.meta.set("error.median", format!("{:.2e}", report.median()));
-        texture.meta.set("error.bound", format!("{:.0e}", job.loosest().worst));
+        texture.meta.set("error.bound", format!("{:.0e}", job.bound()));
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
         format::certify(&mut texture, storage)?;
         let written = output.commit(format, &texture, storage)?;
         storage::warn_of_lost_meta(format, &path, console);
 
         let seconds = start.elapsed().as_secs_f64();
-        let (width, height) = job.size();
+        let (width, height) = (texture.width, texture.height);
+        let slices = job.slices();
+        let size = match shape {
+            Shape::Volume { depth } => format!("{width}x{height}x{depth}"),
+            _ => format!("{width}x{height}"),
+        };
         let (worst, rounding) = (report.worst() + report.truth_error, written.rounding.max_abs);
         console.result(
             &format!(
-                "{}  {width}x{height} {}  max error {worst:.1e} (+ {rounding:.1e} rounding)  {seconds:.2} s  {}",
+                "{}  {size} {}  max error {worst:.1e} (+ {rounding:.1e} rounding)  {seconds:.2} s  {}",
                 path.display(),
                 encoding.name,
                 backend.name()
             ),
             &json!({
                 "path": path,
-                "table": job.table.facts().name,
+                "table": facts.table.facts().name,
                 "width": width,
                 "height": height,
+                "slices": slices,
                 "encoding": encoding.name,
                 "bytes": written.bytes,
                 "max_error": worst,
@@ -206,13 +218,122 @@ impl BakeArgs {
                 "rounding_rms": written.rounding.rms,
                 "checked_texels": report.truth_texels,
                 "rule": job.rule_name(),
-                "output_texels": width * height,
+                "output_texels": texture.levels[0].len() / channels,
                 "longest_dispatch_ms": backend.longest_dispatch_ms(),
                 "seconds": seconds,
                 "device": backend.name(),
             }),
         )
     }
+}
+
+/// A table, or one over the refractive index as well.
+enum Job {
+    Flat(Box<TableJob>),
+    Volume(VolumeJob),
+}
+
+impl Job {
+    fn new(request: &TableRequest, map: Option<IorMap>, depth: u32) -> Result<Job> {
+        Ok(match map {
+            None => Job::Flat(Box::new(request.resolve()?)),
+            Some(map) => Job::Volume(VolumeJob::new(request, map, depth)?),
+        })
+    }
+
+    /// The table, or its first slice: all share its channels and axes.
+    fn slice(&self) -> &TableJob {
+        match self {
+            Job::Flat(job) => job,
+            Job::Volume(volume) => &volume.slices()[0],
+        }
+    }
+
+    fn slices(&self) -> Option<usize> {
+        match self {
+            Job::Flat(_) => None,
+            Job::Volume(volume) => Some(volume.slices().len()),
+        }
+    }
+
+    fn shape(&self) -> Shape {
+        match self {
+            Job::Flat(_) => Shape::Table,
+            Job::Volume(volume) => volume.shape(),
+        }
+    }
+
+    fn rule_name(&self) -> String {
+        match self {
+            Job::Flat(job) => job.rule_name(),
+            Job::Volume(volume) => volume.rule_name(),
+        }
+    }
+
+    /// What the loosest texel keeps, before rounding.
+    fn bound(&self) -> f64 {
+        match self {
+            Job::Flat(job) => job.loosest().worst,
+            Job::Volume(volume) => volume.slices().iter().map(|job| job.loosest().worst).fold(0.0, f64::max),
+        }
+    }
+
+    fn run(&self, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
+        match self {
+            Job::Flat(job) => job.run(backend, on),
+            Job::Volume(volume) => volume.run(backend, on),
+        }
+    }
+
+    /// A spot check of what was baked.
+    fn check(&self, texture: &Texture, on: &mut OnProgress<'_>) -> Result<TableReport> {
+        match self {
+            Job::Flat(job) => check(job, texture, None, Extent::Spot, on),
+            Job::Volume(volume) => Ok(volume.check(texture, None, Extent::Spot, on)?.all),
+        }
+    }
+}
+
+/// An axis of refractive indices apart from the others, which it follows.
+fn split_axes(axes: Option<Vec<String>>) -> Result<(Option<Vec<String>>, Option<IorMap>)> {
+    let Some(mut axes) = axes else { return Ok((None, None)) };
+    match axes.last().and_then(|last| IorMap::parse(last)).transpose()? {
+        None => Ok((Some(axes), None)),
+        Some(map) => {
+            axes.pop();
+            Ok((Some(axes), Some(map)))
+        }
+    }
+}
+
+/// One to three numbers of texels.
+#[derive(Clone, Debug, PartialEq)]
+struct Sizes(Vec<u32>);
+
+impl Sizes {
+    /// The size of a slice and the number of slices, of a table that has one axis or two without that over the slices.
+    fn of(&self, one_axis: bool, sliced: bool) -> Result<((u32, u32), u32)> {
+        match (self.0.as_slice(), sliced) {
+            ([n], false) => Ok(((*n, *n), 1)),
+            ([w, h], false) => Ok(((*w, *h), 1)),
+            ([n], true) => Ok(((*n, if one_axis { 1 } else { *n }), *n)),
+            ([w, d], true) if one_axis => Ok(((*w, 1), *d)),
+            ([w, h, d], true) if !one_axis => Ok(((*w, *h), *d)),
+            (numbers, _) => {
+                let axes = usize::from(!one_axis) + usize::from(sliced) + 1;
+                let sizes = numbers.iter().map(u32::to_string).collect::<Vec<_>>().join("x");
+                let what = format!("--size {sizes} has {} numbers, but the table has {axes} axes", numbers.len());
+                Err(Error::usage(what, "give one number, or one for each axis; `list tables` has the axes"))
+            }
+        }
+    }
+}
+
+/// `N`, `WxH` or `WxHxD`.
+fn parse_sizes(text: &str) -> Result<Sizes, String> {
+    let number = |s: &str| s.parse::<u32>().map_err(|_| format!("'{s}' is not a number of texels"));
+    let numbers = text.split('x').map(number).collect::<Result<Vec<_>, _>>()?;
+    if numbers.len() > 3 { Err("more than three numbers".into()) } else { Ok(Sizes(numbers)) }
 }
 
 /// The albedo table that `--of` names, with its path.
@@ -254,12 +375,15 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::parse_size;
+    use super::{Sizes, parse_size, parse_sizes};
 
     #[test]
     fn size_is_one_or_two_numbers() {
         assert_eq!(parse_size("256"), Ok((256, 256)));
         assert_eq!(parse_size("128x32"), Ok((128, 32)));
+        let sizes = |text| parse_sizes(text).map(|sizes: Sizes| sizes.0);
+        assert_eq!((sizes("16"), sizes("8x4"), sizes("16x8x4")), (Ok(vec![16]), Ok(vec![8, 4]), Ok(vec![16, 8, 4])));
+        assert!(sizes("1x2x3x4").is_err() && sizes("8xx").is_err());
         assert!(parse_size("128x").is_err() && parse_size("-1").is_err() && parse_size("big").is_err());
     }
 }

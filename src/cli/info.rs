@@ -16,8 +16,14 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
         Shape::Table => "table",
         Shape::Map => "map",
         Shape::Cube => "cube",
+        Shape::Volume { .. } => "volume",
     };
-    let size = format!("{}x{}", texture.width, texture.height);
+    let depth = match texture.shape {
+        Shape::Volume { depth } => Some(depth),
+        _ => None,
+    };
+    let slices = depth.map_or(String::new(), |depth| format!("x{depth}"));
+    let size = format!("{}x{}{slices}", texture.width, texture.height);
     let mut text = format!("{}\n", file.display());
     let mut line = |key: &str, value: &str| text.push_str(&format!("  {key:16} {value}\n"));
     line("shape", shape);
@@ -48,6 +54,7 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
             "shape": shape,
             "width": texture.width,
             "height": texture.height,
+            "depth": depth,
             "levels": texture.levels.len(),
             "encoding": encoding.name,
             "decode": encoding.formula(),

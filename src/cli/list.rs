@@ -95,7 +95,9 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
                 let holders: Vec<String> = formats()
                     .iter()
                     .filter(|f| {
-                        [Shape::Table, Shape::Map, Shape::Cube].iter().any(|s| f.encodings(*s).contains(encoding))
+                        [Shape::Table, Shape::Map, Shape::Cube, Shape::Volume { depth: 1 }]
+                            .iter()
+                            .any(|s| f.encodings(*s).contains(encoding))
                     })
                     .map(|f| format!(".{}", f.extension()))
                     .collect();
@@ -104,7 +106,8 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
             ("encodings", ENCODINGS.iter().map(|e| Entry { name: e.name, about: about(e), source: "" }).collect())
         }
         What::Formats => {
-            let shapes = [(Shape::Table, "tables"), (Shape::Map, "maps"), (Shape::Cube, "cubes")];
+            let volume = Shape::Volume { depth: 1 };
+            let shapes = [(Shape::Table, "tables"), (volume, "volumes"), (Shape::Map, "maps"), (Shape::Cube, "cubes")];
             let entry = |f: &&'static dyn Format| {
                 let held = shapes.iter().filter(|(shape, _)| !f.encodings(*shape).is_empty());
                 let held: Vec<&str> = held.map(|(_, word)| *word).collect();

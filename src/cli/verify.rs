@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use brdf_baker::bake::TableJob;
+use brdf_baker::bake::{TableJob, VolumeJob};
 use brdf_baker::format::{Output, Steps};
 use brdf_baker::progress::Progress;
-use brdf_baker::texture::Shape;
+use brdf_baker::texture::{Shape, Texture};
 use brdf_baker::verify::certificate::{Certificate, Verdict};
 use brdf_baker::verify::table::{Extent, TableReport, check};
 use brdf_baker::{Error, Result, report};
@@ -78,7 +78,8 @@ impl VerifyArgs {
             (false, false) => Extent::Spot,
         };
         let checked = Checked { file: self.file.clone(), extent, max_error: self.max_error, page };
-        if texture.shape != Shape::Table {
+        let is_table = matches!(texture.shape, Shape::Table | Shape::Volume { .. });
+        if !is_table {
             let source = self.source.as_deref();
             return super::verify_environment::run(checked, source, &texture, encoding, certificate, console);
         }
@@ -89,11 +90,14 @@ impl VerifyArgs {
                 "drop --source",
             ));
         }
-        let job = TableJob::from_meta(&texture).map_err(named)?;
         let steps = Steps::of(encoding, &texture.meta).map_err(named)?;
+        if let Some(volume) = VolumeJob::from_meta(&texture).map_err(named)? {
+            return verify_volume(checked, &volume, &texture, steps, certificate, console);
+        }
+        let job = TableJob::from_meta(&texture).map_err(named)?;
         let on = &mut |p: Progress<'_>| console.progress(p);
         let report = check(&job, &texture, Some(steps), extent, on)?;
-        let certificate = certificate.table(&job, &texture.meta, &report);
+        let certificate = certificate.table(job.rule_name(), &texture.meta, &report);
         let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
         if let Some(most) = checked.max_error {
             failures.extend(exceeds(report.worst(), most, "of a checked texel"));
@@ -118,6 +122,54 @@ impl VerifyArgs {
         });
         checked.conclude(text, &result, &certificate, &failures, picture, console)
     }
+}
+
+/// A table over the refractive index as well: each slice is checked as a table.
+fn verify_volume(
+    checked: Checked,
+    volume: &VolumeJob,
+    texture: &Texture,
+    steps: Steps,
+    certificate: Certificate,
+    console: &mut Console,
+) -> Result<()> {
+    if checked.page.is_some() {
+        return Err(Error::usage(
+            "--report draws tables of two axes",
+            "bake a slice of it with --ior, or drop --report",
+        ));
+    }
+    let found = volume.check(texture, Some(steps), checked.extent, &mut |p| console.progress(p))?;
+    let certificate = certificate.table(volume.rule_name(), &texture.meta, &found.all);
+    let mut failures = [found.all.failures.clone(), certificate.failures.clone()].concat();
+    if let Some(most) = checked.max_error {
+        failures.extend(exceeds(found.all.worst(), most, "of a checked texel"));
+    }
+    let job = &volume.slices()[0];
+    let encoding = steps.encoding.name;
+    let path = checked.file.display().to_string();
+    let mut text = text(&path, job, encoding, &found.all, failures.is_empty());
+    for (c, slice) in found.all.channels.iter().zip(&found.worst_slices) {
+        let ior = volume.iors()[*slice as usize];
+        text.push_str(&format!("\n  slice      the largest error of {} is in slice {slice}, index {ior:.4}", c.name));
+    }
+    text.push_str(&format!("\n  slices     {} of {} were looked at", found.slices, volume.slices().len()));
+    let result = json!({
+        "path": checked.file,
+        "table": job.table.facts().name,
+        "ndf": job.model.ndf.to_string(),
+        "visibility": job.model.visibility.name,
+        "iors": volume.iors(),
+        "encoding": encoding,
+        "passed": failures.is_empty(),
+        "max_error": checked.max_error,
+        "failures": failures,
+        "report": found.all,
+        "worst_slices": found.worst_slices,
+        "checked_slices": found.slices,
+        "certificate": certificate,
+    });
+    checked.conclude(text, &result, &certificate, &failures, None, console)
 }
 
 /// A page's place, known to be writable.

@@ -1,4 +1,4 @@
-//! DDS (DirectDraw Surface) with the header of Direct3D 10: tables and cubes with their mips, in every encoding that has a
+//! DDS (DirectDraw Surface) with the header of Direct3D 10: tables over two axes or three and cubes with their mips, in every encoding that has a
 //! DXGI_FORMAT.
 //!
 //! Header and order of faces and mips (each face with all its mips) after Microsoft's reference of the format, by the
@@ -78,16 +78,26 @@ impl Format for Dds {
         let cannot = |e: image_dds::ddsfile::Error| Error::io("write", path, std::io::Error::other(e));
         let encoding = storage.encoding;
         let is_cube = texture.shape == Shape::Cube;
+        let depth = match texture.shape {
+            Shape::Volume { depth } => Some(depth),
+            _ => None,
+        };
         let mut file = File::new_dxgi(NewDxgiParams {
             height: texture.height,
             width: texture.width,
-            depth: None,
+            depth,
             format: known().find(|(e, _)| *e == encoding).map(|(_, d)| d).expect("check() refuses other encodings"),
             mipmap_levels: Some(texture.levels.len() as u32),
             array_layers: is_cube.then_some(6),
-            caps2: is_cube.then_some(Caps2::CUBEMAP | Caps2::CUBEMAP_ALLFACES),
+            caps2: match depth {
+                Some(_) => Some(Caps2::VOLUME),
+                None => is_cube.then_some(Caps2::CUBEMAP | Caps2::CUBEMAP_ALLFACES),
+            },
             is_cubemap: is_cube,
-            resource_dimension: D3D10ResourceDimension::Texture2D,
+            resource_dimension: match depth {
+                Some(_) => D3D10ResourceDimension::Texture3D,
+                None => D3D10ResourceDimension::Texture2D,
+            },
             alpha_mode: if texture.channels.len() == 4 { AlphaMode::Custom } else { AlphaMode::Opaque },
         })
         .map_err(cannot)?;
@@ -120,14 +130,17 @@ impl Format for Dds {
         let (width, height) = (file.header.width, file.header.height);
         let is_cube = header.misc_flag.contains(MiscFlag::TEXTURECUBE);
         let is_flat = header.resource_dimension == D3D10ResourceDimension::Texture2D && header.array_size == 1;
+        let is_deep = header.resource_dimension == D3D10ResourceDimension::Texture3D && header.array_size == 1;
+        let depth = file.header.depth.filter(|depth| is_deep && *depth > 0);
         let shape = match is_cube {
+            false if depth.is_some() && width > 0 && height > 0 => depth.map(|depth| Shape::Volume { depth }),
             _ if !is_flat || width == 0 || height == 0 => None,
             true => (width == height).then_some(Shape::Cube),
             false => Some(Shape::Table),
         };
-        let shape = shape.ok_or_else(|| wrong("it is neither a plain 2-D texture nor a plain cube".into()))?;
+        let shape = shape.ok_or_else(|| wrong("it is neither a plain 2-D or 3-D texture nor a plain cube".into()))?;
         let mips = file.header.mip_map_count.unwrap_or(1).max(1);
-        if mips > 32 - width.max(height).leading_zeros() {
+        if mips > 32 - width.max(height).leading_zeros() || (depth.is_some() && mips > 1) {
             return Err(wrong("it has more levels than its size allows".into()));
         }
 

@@ -22,8 +22,8 @@ pub struct Exr;
 
 /// Deflate's best; other files' lossy schemes stay far below it.
 const BEST_RATIO: u64 = 1032;
-/// More parts than mips of the largest cube: not a file of ours.
-const MAX_PARTS: usize = 32;
+/// More parts than slices of the deepest volume: not a file of ours.
+const MAX_PARTS: usize = 256;
 const CHANNEL_NAMES: [&str; 4] = ["R", "G", "B", "A"];
 
 impl Format for Exr {
@@ -50,7 +50,11 @@ impl Format for Exr {
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
         check(path, self, texture, storage)?;
         let encoding = storage.encoding;
-        let parts: e::Layers<_> = (0..texture.levels.len()).map(|level| part(texture, level, encoding)).collect();
+        let parts: e::Layers<_> = match texture.shape {
+            Shape::Volume { depth } => (0..depth as usize).map(|slice| part(texture, slice, encoding)).collect(),
+            _ => (0..texture.levels.len()).map(|level| part(texture, level, encoding)).collect(),
+        };
+        let count = parts.len();
         let window = e::IntegerBounds::from_dimensions(parts[0].size);
         let image = e::Image { attributes: e::ImageAttributes::new(window), layer_data: parts };
         let mut out = Cursor::new(Vec::new());
@@ -60,7 +64,7 @@ impl Format for Exr {
             .to_buffered(&mut out)
             .map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
         let mut out = out.into_inner();
-        sort_attributes(&mut out, texture.levels.len());
+        sort_attributes(&mut out, count);
         Ok(out)
     }
 
@@ -100,12 +104,17 @@ impl Format for Exr {
 
 type Part = e::Layer<e::AnyChannels<e::FlatSamples>>;
 
-fn part(texture: &Texture, level: usize, encoding: Encoding) -> Part {
-    let (width, height) = texture.level_size(level);
-    let size = e::Vec2(width as usize, height as usize * texture.faces() as usize);
+/// A level, or a slice of a volume.
+fn part(texture: &Texture, index: usize, encoding: Encoding) -> Part {
+    let is_volume = matches!(texture.shape, Shape::Volume { .. });
+    let (width, height) = texture.level_size(if is_volume { 0 } else { index });
+    let rows = if is_volume { height as usize } else { height as usize * texture.faces() as usize };
+    let size = e::Vec2(width as usize, rows);
     let n = texture.channels.len();
+    let len = width as usize * rows * n;
+    let texels = if is_volume { &texture.levels[0][index * len..][..len] } else { &texture.levels[index] };
     let channels = (0..n).map(|c| {
-        let values = texture.levels[level].iter().skip(c).step_by(n).copied();
+        let values = texels.iter().skip(c).step_by(n).copied();
         let limit = *Repr::F16.range().end();
         let samples = match encoding.repr {
             Repr::F32 => e::FlatSamples::F32(values.collect()),
@@ -115,9 +124,10 @@ fn part(texture: &Texture, level: usize, encoding: Encoding) -> Part {
     });
     let mut attributes = e::LayerAttributes::default();
     if texture.shape != Shape::Table {
-        attributes.layer_name = Some(format!("mip{level}").as_str().into());
+        let kind = if is_volume { "slice" } else { "mip" };
+        attributes.layer_name = Some(format!("{kind}{index}").as_str().into());
     }
-    if level == 0 {
+    if index == 0 {
         attributes.software_name = Some(WRITER.into());
         for (key, value) in pairs(texture, encoding) {
             let value = e::AttributeValue::Text(e::Text::from_slice_unchecked(value.as_bytes()));
@@ -160,7 +170,8 @@ fn from_parts(path: &Path, parts: &[Part]) -> Result<(Texture, Encoding)> {
     let name = |i: usize| parts[i].attributes.layer_name.as_ref().map(|name| name.to_string());
     let first = parts.first().ok_or_else(|| wrong("it has no part"))?;
     let (width, rows) = (first.size.width(), first.size.height());
-    let are_mips = (0..parts.len()).all(|i| name(i) == Some(format!("mip{i}")));
+    let are = |kind: &str| (0..parts.len()).all(|i| name(i) == Some(format!("{kind}{i}")));
+    let (are_mips, are_slices) = (are("mip"), are("slice"));
 
     // Channels and precision, which all parts share.
     let list = &first.channel_data.list;
@@ -197,17 +208,19 @@ fn from_parts(path: &Path, parts: &[Part]) -> Result<(Texture, Encoding)> {
     let (shape, height) = match rows == 6 * width {
         _ if are_mips && is_map(&meta) => (Shape::Map, rows),
         true if are_mips => (Shape::Cube, width),
+        _ if are_slices => (Shape::Volume { depth: parts.len() as u32 }, rows),
         _ if parts.len() == 1 => (Shape::Table, rows),
         _ => return Err(wrong("it has several parts that are not the mips of a cube or of a map of the sphere")),
     };
 
     let mut texture = Texture { shape, width: width as u32, height: height as u32, channels, levels: vec![], meta };
     for (i, part) in parts.iter().enumerate() {
-        let (w, h) = texture.level_size(i);
-        if (part.size.width(), part.size.height()) != (w as usize, (h * texture.faces()) as usize) {
+        let (w, h) = texture.level_size(if are_slices { 0 } else { i });
+        let expected = (w as usize, if are_slices { h as usize } else { (h * texture.faces()) as usize });
+        if (part.size.width(), part.size.height()) != expected {
             return Err(wrong(&format!("its part {i} has the wrong size")));
         }
-        let mut level = vec![0.0; texture.level_len(i)];
+        let mut level = vec![0.0; expected.0 * expected.1 * count];
         for c in 0..count {
             let channel = index(part, c).map(|k| &part.channel_data.list[k]);
             let channel = channel.filter(|ch| part.channel_data.list.len() == count && ch.sampling == e::Vec2(1, 1));
@@ -219,7 +232,10 @@ fn from_parts(path: &Path, parts: &[Part]) -> Result<(Texture, Encoding)> {
                 e::FlatSamples::U32(_) => return Err(wrong("its samples are integers")),
             }
         }
-        texture.levels.push(level);
+        match texture.levels.first_mut() {
+            Some(all) if are_slices => all.extend(level),
+            _ => texture.levels.push(level),
+        }
     }
     Ok((texture, encoding))
 }

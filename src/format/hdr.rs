@@ -39,7 +39,7 @@ impl Format for Hdr {
     }
 
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding> {
-        if shape == Shape::Cube { None } else { Encoding::fitting(Repr::Rgbe8, channels) }
+        Encoding::fitting(Repr::Rgbe8, channels).filter(|_| matches!(shape, Shape::Table | Shape::Map))
     }
 
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {

@@ -28,11 +28,11 @@ impl Format for Json {
     }
 
     fn encodings(&self, shape: Shape) -> Vec<Encoding> {
-        if shape == Shape::Cube { vec![] } else { floats() }
+        if matches!(shape, Shape::Table | Shape::Map) { floats() } else { vec![] }
     }
 
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding> {
-        Encoding::fitting(Repr::F32, channels).filter(|_| shape != Shape::Cube)
+        Encoding::fitting(Repr::F32, channels).filter(|_| matches!(shape, Shape::Table | Shape::Map))
     }
 
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {

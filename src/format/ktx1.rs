@@ -74,12 +74,13 @@ impl Format for Ktx1 {
     }
 
     fn encodings(&self, shape: Shape) -> Vec<Encoding> {
-        known().map(|(encoding, _)| encoding).filter(|e| e.holds(shape)).collect()
+        let flat = !matches!(shape, Shape::Volume { .. });
+        known().map(|(encoding, _)| encoding).filter(|e| flat && e.holds(shape)).collect()
     }
 
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding> {
         let packed = Encoding::fitting(Repr::B10g11r11, channels).filter(|_| shape == Shape::Cube);
-        packed.or(Encoding::fitting(Repr::F16, channels))
+        packed.or(Encoding::fitting(Repr::F16, channels)).filter(|_| !matches!(shape, Shape::Volume { .. }))
     }
 
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {

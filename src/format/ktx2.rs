@@ -1,4 +1,4 @@
-//! KTX2 (Khronos Texture 2.0): tables, maps of the sphere and cubes in every encoding that GPUs read, mips and all, plain
+//! KTX2 (Khronos Texture 2.0): tables over two axes or three, maps of the sphere and cubes in every encoding that GPUs read, mips and all, plain
 //! or with each level compressed by Zstandard.
 //!
 //! Written here after the KTX 2.0 specification and the Khronos Data Format Specification 1.3; read with the `ktx2`
@@ -120,7 +120,11 @@ impl Format for Ktx2 {
             Repr::F32 | Repr::Unorm10 | Repr::B10g11r11 | Repr::Rgb9e5 => 4,
             _ => 1,
         };
-        let (pixel_depth, layer_count) = (0, 0);
+        let (pixel_depth, faces) = match texture.shape {
+            Shape::Volume { depth } => (depth, 1),
+            _ => (0, texture.faces()),
+        };
+        let layer_count = 0;
         let supercompression = if storage.compression == Compression::Zstd { 2 } else { 0 };
         for field in [
             vk_format,
@@ -129,7 +133,7 @@ impl Format for Ktx2 {
             texture.height,
             pixel_depth,
             layer_count,
-            texture.faces(),
+            faces,
             levels.len() as u32,
             supercompression,
             dfd_offset as u32,
@@ -182,8 +186,9 @@ impl Format for Ktx2 {
         let (width, height) = (header.pixel_width, header.pixel_height.max(1));
         let shape = match (header.face_count, header.pixel_depth, header.layer_count) {
             (1, 0, 0) => Shape::Table,
+            (1, depth, 0) if header.pixel_height > 0 => Shape::Volume { depth },
             (6, 0, 0) if width == height => Shape::Cube,
-            _ => return Err(wrong("it is neither a plain 2-D texture nor a plain cube".into())),
+            _ => return Err(wrong("it is neither a plain 2-D or 3-D texture nor a plain cube".into())),
         };
 
         // The crate's parser panics on a texel block of 256 texels (ktx2 0.5.0), so the descriptor is looked at first.
@@ -212,8 +217,9 @@ impl Format for Ktx2 {
 
         // Levels. A table's mips, in a file of others, are blurred values: only level 0 is data.
         let mut texture = Texture { shape, width, height, channels, levels: vec![], meta };
-        let wanted = if shape == Shape::Table { 1 } else { 32 - width.max(height).leading_zeros() as usize };
-        if file.levels().len() > wanted && shape != Shape::Table {
+        let is_table = matches!(shape, Shape::Table | Shape::Volume { .. });
+        let wanted = if is_table { 1 } else { 32 - width.max(height).leading_zeros() as usize };
+        if file.levels().len() > wanted && !is_table {
             return Err(wrong("it has more levels than its size allows".into()));
         }
         for (i, level) in file.levels().enumerate().take(wanted) {
@@ -353,8 +359,11 @@ fn key_value_data(texture: &Texture, encoding: Encoding) -> Vec<u8> {
     let mut pairs = pairs(texture, encoding);
     pairs.push(("KTXwriter".into(), WRITER.into()));
     // A cube's orientation is `rd` by definition; stating it is left to the specification.
-    if texture.shape != Shape::Cube {
-        pairs.push(("KTXorientation".into(), "rd".into()));
+    match texture.shape {
+        Shape::Cube => {}
+        // Slices go into the texture.
+        Shape::Volume { .. } => pairs.push(("KTXorientation".into(), "rdi".into())),
+        Shape::Table | Shape::Map => pairs.push(("KTXorientation".into(), "rd".into())),
     }
     // Byte order of UTF-8 is code point order.
     pairs.sort();

@@ -141,6 +141,7 @@ pub fn choose(format: &dyn Format, shape: Shape, channels: usize, wanted: Option
             Shape::Cube => "a cube".into(),
             Shape::Map => "a picture of radiance".into(),
             Shape::Table => format!("a table of {channels} channels"),
+            Shape::Volume { .. } => format!("a table over three axes of {channels} channels"),
         };
         let help = format!("formats that can: {}", others.join(", "));
         return Err(Error::usage(format!("{} cannot hold {thing}", format.name()), help));
@@ -249,6 +250,7 @@ fn check(path: &Path, format: &dyn Format, texture: &Texture, storage: Storage) 
     let full_chain = 32 - texture.width.max(texture.height).leading_zeros() as usize;
     let shape_holds = match texture.shape {
         Shape::Table => levels == 1,
+        Shape::Volume { depth } => levels == 1 && depth > 0,
         Shape::Map => (1..=full_chain).contains(&levels) && is_map(&texture.meta),
         Shape::Cube => texture.width == texture.height && (1..=full_chain).contains(&levels),
     };

@@ -1,4 +1,5 @@
-//! NumPy's `.npy`: one level as an array of halves or singles, rows × columns × channels, of a cube faces first.
+//! NumPy's `.npy`: one level as an array of halves or singles, rows × columns × channels, of a cube faces
+//! first, of a volume slices first.
 //!
 //! The format has no place for metadata: what was baked, its axes and its certificate are not in the file.
 
@@ -47,6 +48,7 @@ impl Format for Npy {
         let [width, height, channels] = [texture.width, texture.height, texture.channels.len() as u32].map(u64::from);
         let shape = match texture.shape {
             Shape::Cube => vec![6, height, width, channels],
+            Shape::Volume { depth } => vec![depth.into(), height, width, channels],
             Shape::Table | Shape::Map => vec![height, width, channels],
         };
         let mut out = vec![];
@@ -74,7 +76,7 @@ impl Format for Npy {
         let found = match sizes[..] {
             [height, width] => Some((1, height, width, 1)),
             [height, width, channels] => Some((1, height, width, channels)),
-            [6, height, width, channels] if height == width => Some((6, height, width, channels)),
+            [count, height, width, channels] => small(count).map(|count| (count, height, width, channels)),
             _ => None,
         };
         let Some((count, Some(height), Some(width), channels @ 1..=4)) =
@@ -98,7 +100,11 @@ impl Format for Npy {
         }
         let levels = vec![super::decode(data, channels, pictures, plain)];
         let names = ["r", "g", "b", "a"][..channels].iter().map(|c| c.to_string()).collect();
-        let shape = if count == 6 { Shape::Cube } else { Shape::Table };
+        let shape = match sizes.len() {
+            4 if count == 6 && width == height => Shape::Cube,
+            4 => Shape::Volume { depth: count },
+            _ => Shape::Table,
+        };
         let encoding = Encoding::fitting(repr, channels).expect("float encodings hold up to four components");
         Ok((Texture { shape, width, height, channels: names, levels, meta: Meta::default() }, encoding))
     }

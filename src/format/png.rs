@@ -52,7 +52,7 @@ impl Format for Png {
                 "rgbp8",
             ]),
             Shape::Map => of(&["rgbd8", "rgbm8", "rgbp8"]),
-            Shape::Cube => vec![],
+            Shape::Cube | Shape::Volume { .. } => vec![],
         }
     }
 
@@ -62,7 +62,7 @@ impl Format for Png {
                 self.encodings(shape).into_iter().find(|e| e.repr == Repr::Unorm16 && e.components >= channels)
             }
             Shape::Map => Encoding::fitting(Repr::Rgbd8, channels),
-            Shape::Cube => None,
+            Shape::Cube | Shape::Volume { .. } => None,
         }
     }
 

@@ -17,8 +17,14 @@ const MOST_CELLS: u32 = 128;
 /// The picture of a table: its first row on top, as it lies in the file.
 pub fn draw_table(texture: &Texture, canvas: Canvas) -> Result<Vec<u8>> {
     if texture.shape != Shape::Table {
-        let what = "only tables are drawn in false colour, and this file holds an environment";
-        return Err(Error::usage(what, "see `brdf-baker preview --env` and `brdf-baker verify --report`"));
+        let (what, help) = match texture.shape {
+            Shape::Volume { .. } => ("a table over three axes is no picture", "bake a slice of it, with --ior"),
+            _ => (
+                "only tables are drawn in false colour, and this file holds an environment",
+                "see `brdf-baker preview --env` and `brdf-baker verify --report`",
+            ),
+        };
+        return Err(Error::usage(what, help));
     }
     canvas.paint(&Panels(texture))
 }

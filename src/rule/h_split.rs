@@ -54,6 +54,8 @@ const MAPS: [(f64, f64); 9] = [
     (0.125, 0.0003),
 ];
 const GOOD: f64 = 5e-7;
+/// Stands for 0 where a cosine is divided by another one; as in `shaders/rule/h_split.glsl`.
+pub(super) const LEAST_COSINE: f64 = 1e-20;
 
 /// What a row of a table, one roughness, has in common.
 #[derive(Clone, Copy, Debug)]
@@ -238,7 +240,12 @@ pub fn outer(ndf: &Ndf, visibility: &Visibility, fresnel: &Fresnel, row: &Row, n
         if width < 1e-9 {
             continue;
         }
-        let share = if flat.falling { 1.0 } else { 1.0 + 0.12 * (width.min(1.0).ln() - 0.6 * ends[0] * ends[0]) };
+        // From inside the tail is cut by the critical angle, not by the horizon alone.
+        let share = if flat.falling || fresnel.kink().is_some() {
+            1.0
+        } else {
+            1.0 + 0.12 * (width.min(1.0).ln() - 0.6 * ends[0] * ends[0])
+        };
         let rule = &RULES[(visibility.outer as f64 * share.clamp(0.4, 1.0)).ceil() as usize];
         for node in rule {
             let node = crowd.map(*node);
@@ -332,8 +339,8 @@ pub fn h_split(visibility: &Visibility, fresnel: &Fresnel, row: &Row, n_dot_v: f
             for inner in azimuth {
                 let s = (from + width * inner.x).sin();
                 let v_dot_h = cos_h * (near - far * s * s).max(0.0);
-                // Rounding may carry it past either end.
-                let n_dot_l = (2.0 * cos_h * v_dot_h - mu).clamp(0.0, 1.0);
+                // Rounding may carry it past either end, and at grazing G would be a quotient of zeros.
+                let n_dot_l = (2.0 * cos_h * v_dot_h - mu).clamp(LEAST_COSINE, 1.0);
                 let sigma_l = area(n_dot_l);
                 let d = Directions { n_dot_l, n_dot_v: mu, n_dot_h: cos_h, v_dot_h, sigma_l, sigma_v, alpha };
                 let f = width * inner.weight * v_dot_h * (visibility.g_over_n_dot_v)(&d);

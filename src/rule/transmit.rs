@@ -17,7 +17,7 @@
 
 use std::f64::consts::PI;
 
-use super::h_split::{AZIMUTH, Outer, RULES, Row, sine};
+use super::h_split::{AZIMUTH, LEAST_COSINE, Outer, RULES, Row, sine};
 use crate::ndf::Ndf;
 use crate::quadrature::gauss_legendre::Node;
 use crate::term::fresnel::Fresnel;
@@ -26,8 +26,9 @@ use crate::term::visibility::{Directions, Visibility};
 
 /// Polar nodes a panel from outside and from inside.
 const OUTER: [usize; 2] = [28, 24];
-/// Azimuth nodes a panel; from inside crowded at the panel's end, where 1 − F starts like a root.
-const AZIMUTH_NODES: usize = 14;
+/// Azimuth nodes a panel, crowded at its end: there 1 − F starts like a root from inside, and from outside as steeply as
+/// the index is large.
+const AZIMUTH_NODES: usize = 16;
 
 /// Nodes in words.
 pub fn rule_name(fresnel: &Fresnel) -> String {
@@ -120,7 +121,7 @@ pub fn transmit(visibility: &Visibility, fresnel: &Fresnel, row: &Row, n_dot_v: 
     let excess = (eta - 1.0) * (eta + 1.0);
     let alpha = row.lobe.map_or(0.0, |l| l.alpha);
     let sigma_v = row.projected_area(mu);
-    let azimuth = &AZIMUTH[usize::from(fresnel.kink().is_some())][AZIMUTH_NODES];
+    let azimuth = &AZIMUTH[1][AZIMUTH_NODES];
     let mut sum = 0.0;
     for node in nodes {
         // One polar angle of h; the azimuth counts from v's.
@@ -133,8 +134,8 @@ pub fn transmit(visibility: &Visibility, fresnel: &Fresnel, row: &Row, n_dot_v: 
             let s = (width * inner.x).sin();
             let v_dot_h = cos_h * (near - far * s * s).max(0.0);
             let behind = (excess + v_dot_h * v_dot_h).max(0.0).sqrt();
-            // Rounding may carry it past either end.
-            let n_dot_l = ((mu + excess * cos_h / (behind + v_dot_h)) / eta).clamp(0.0, 1.0);
+            // Rounding may carry it past either end, and at grazing G would be a quotient of zeros.
+            let n_dot_l = ((mu + excess * cos_h / (behind + v_dot_h)) / eta).clamp(LEAST_COSINE, 1.0);
             let sigma_l = row.projected_area(n_dot_l);
             let d = Directions { n_dot_l, n_dot_v: mu, n_dot_h: cos_h, v_dot_h, sigma_l, sigma_v, alpha };
             let transmitted = 1.0 - fresnel.weights(v_dot_h)[1];

@@ -2,6 +2,7 @@
 
 use super::{EnvironmentPreset, TablePreset, Target};
 use crate::axis::{Points, Warp};
+use crate::bake::IorMap;
 
 /// Over roughness and n·v with both limits, 32 each, as C floats.
 const CYCLES: TablePreset = TablePreset {
@@ -13,11 +14,35 @@ const CYCLES: TablePreset = TablePreset {
     ..TablePreset::SPLIT_SUM
 };
 
+/// Glass over roughness, n·v and the index, 16 each.
+const CYCLES_GLASS: TablePreset = TablePreset {
+    table: "glass",
+    size: (16, 16),
+    slices: Some((IorMap::FromF0, 16)),
+    channels: &["total"],
+    stem: "ggx_glass_E",
+    extension: "h",
+    snippet: "// {file}: slice = z with F0 = z^4, row = n.v, column = roughness
+// lookup_table_read_3D(roughness, mu, sqrtf(fabsf((ior - 1) / (ior + 1))), offset, 16, 16, 16)",
+    ..CYCLES
+};
+
+/// Its averages over roughness and the index.
+const CYCLES_GLASS_AVERAGE: TablePreset = TablePreset {
+    table: "glass-average",
+    size: (16, 1),
+    axes: &[Warp::Roughness],
+    stem: "ggx_glass_Eavg",
+    snippet: "// {file}: row = z with F0 = z^4, column = roughness
+// lookup_table_read_2D(roughness, sqrtf(fabsf((ior - 1) / (ior + 1))), offset, 16, 16)",
+    ..CYCLES_GLASS
+};
+
 pub(super) static TARGET: Target = Target {
     name: "blender",
     about: [
         "EXR picture of 2048x1024 for a world's environment texture",
-        "Tables as C: EEVEE's 64x64 split-sum over roughness and sqrt(1 - n.v); Cycles' ggx_E (albedo), ggx_Eavg",
+        "Tables as C: EEVEE's brdf_ggx (split-sum); Cycles' ggx_E, ggx_Eavg, ggx_glass_E, ggx_glass_Eavg and _inv_, by name",
     ],
     source: "Blender: Cycles scene/shader.tables, app/cycles_precompute.cpp; EEVEE eevee_lut",
     tables: &[
@@ -49,6 +74,10 @@ vec2 split_sum = texture(utility_tx, uv * 63.0 / 64.0 + 0.5 / 64.0).rg;",
             snippet: "// {file}: lookup_table_read(roughness, offset, 32)",
             ..CYCLES
         },
+        CYCLES_GLASS,
+        CYCLES_GLASS_AVERAGE,
+        TablePreset { slices: Some((IorMap::InverseFromF0, 16)), stem: "ggx_glass_inv_E", ..CYCLES_GLASS },
+        TablePreset { slices: Some((IorMap::InverseFromF0, 16)), stem: "ggx_glass_inv_Eavg", ..CYCLES_GLASS_AVERAGE },
     ],
     environment: Some(EnvironmentPreset {
         snippet: "import bpy

@@ -18,7 +18,7 @@ mod unity_hdrp;
 mod unreal;
 
 use crate::axis::{Points, Warp};
-use crate::bake::RoughnessLaw;
+use crate::bake::{IorMap, RoughnessLaw};
 use crate::error::{Error, Result, nearest};
 use crate::format::{self, Encoding, Format};
 use crate::texture::{Meta, Shape};
@@ -46,10 +46,12 @@ pub struct TablePreset {
     pub ndf: &'static str,
     /// Name of the geometry term.
     pub visibility: &'static str,
-    /// Width and height in texels.
+    /// Width and height in texels, of a slice where there are some.
     pub size: (u32, u32),
     /// What runs along x and y.
     pub axes: &'static [Warp],
+    /// What runs over the slices, and how many there are.
+    pub slices: Option<(IorMap, u32)>,
     /// Where in its texel a value is taken.
     pub points: Points,
     /// Row 0 holds the largest position.
@@ -69,6 +71,12 @@ pub struct TablePreset {
 }
 
 impl TablePreset {
+    /// Names of its axes, that over the slices last.
+    pub fn axis_names(&self) -> Vec<String> {
+        let slices = self.slices.map(|(map, _)| map.to_string());
+        self.axes.iter().map(|axis| axis.name().to_string()).chain(slices).collect()
+    }
+
     /// Scale and bias over n·v and roughness as half floats: what most engines take.
     const SPLIT_SUM: TablePreset = TablePreset {
         table: "split-sum",
@@ -76,6 +84,7 @@ impl TablePreset {
         visibility: "smith",
         size: (128, 128),
         axes: &[Warp::NDotV, Warp::Roughness],
+        slices: None,
         points: Points::Centers,
         flip_v: false,
         row_shift: 0,
@@ -203,10 +212,13 @@ pub fn parse(name: &str) -> Result<&'static Target> {
 }
 
 impl Target {
-    /// Its preset for a table.
+    /// Its preset for a table, by the table's name or by the engine's own, its file's.
     pub fn table(&self, table: &str) -> Result<&'static TablePreset> {
-        self.tables.iter().find(|p| p.table == table).ok_or_else(|| {
-            let known: Vec<&str> = self.tables.iter().map(|p| p.table).collect();
+        let named = self.tables.iter().find(|p| p.stem == table);
+        named.or_else(|| self.tables.iter().find(|p| p.table == table)).ok_or_else(|| {
+            let mut known: Vec<&str> = self.tables.iter().flat_map(|p| [p.table, p.stem]).collect();
+            known.sort_unstable();
+            known.dedup();
             let help = match known[..] {
                 [] => "it computes its own; `brdf-baker env` has a preset for it".to_string(),
                 _ => format!("it takes {}", known.join(", ")),
@@ -326,9 +338,9 @@ pub fn beside_name(file: &str, preset: &EnvironmentPreset, beside: &Beside) -> S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bake::TableRequest;
     use crate::bake::atlas::{self, Atlas};
     use crate::bake::specular::SpecularRequest;
+    use crate::bake::{TableRequest, VolumeJob};
     use crate::env::FileAxes;
 
     #[test]
@@ -347,9 +359,11 @@ mod tests {
                     ..TableRequest::new(p.table)
                 };
                 let job = request.resolve().unwrap_or_else(|e| panic!("{} {}: {e}", target.name, p.table));
+                let volume = p.slices.map(|(map, depth)| VolumeJob::new(&request, map, depth));
+                let shape = volume.map_or(Shape::Table, |job| job.expect(p.stem).shape());
                 let format = format::named(p.extension).expect(p.extension);
                 let encoding = Encoding::parse(p.encoding).expect(p.encoding);
-                format::choose(format, Shape::Table, job.channels.len(), Some(encoding))
+                format::choose(format, shape, job.channels.len(), Some(encoding))
                     .unwrap_or_else(|e| panic!("{} {}: {e}", target.name, p.table));
             }
         }

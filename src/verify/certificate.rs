@@ -10,7 +10,6 @@ use serde::Serialize;
 
 use super::cube::CubeReport;
 use super::table::TableReport;
-use crate::bake::TableJob;
 use crate::bake::specular::SpecularJob;
 use crate::error::Result;
 use crate::format::{Changed, Encoding, Fingerprint, Repr, SHA256, Steps};
@@ -81,9 +80,9 @@ impl Certificate {
         Ok(Certificate { claims: vec![claim], several_changed: changed == Some(Changed::Several), failures })
     }
 
-    /// Adds the claims of a table.
-    pub fn table(mut self, job: &TableJob, meta: &Meta, report: &TableReport) -> Certificate {
-        self.rule(meta, job.rule_name());
+    /// Adds the claims of a table that is baked by this rule.
+    pub fn table(mut self, rule: String, meta: &Meta, report: &TableReport) -> Certificate {
+        self.rule(meta, rule);
         self.at_most(meta, "error.worst", report.certified_worst);
         self.at_most(meta, "error.median", report.certified_median);
         self.origin(meta);
@@ -180,6 +179,7 @@ fn place(texture: &Texture, index: u64) -> String {
     let (face, x, y) = (rest / (width * height), rest % width, rest / width % height);
     match texture.shape {
         Shape::Table => format!("texel ({x}, {y})"),
+        Shape::Volume { .. } => format!("texel ({x}, {y}, {face})"),
         Shape::Map => format!("texel ({x}, {y}) of mip {level}"),
         Shape::Cube => format!("texel ({x}, {y}) of face {}, mip {level},", ["+X", "-X", "+Y", "-Y", "+Z", "-Z"][face]),
     }

@@ -1,6 +1,6 @@
 //! Checks a KTX2 file against the rules of the KTX 2.0 specification, byte by byte, without any KTX library.
 //!
-//! It knows the files that this tool writes: its formats, plain 2-D textures and cubes, no supercompression or Zstandard.
+//! It knows the files that this tool writes: its formats, plain 2-D and 3-D textures and cubes, no supercompression or Zstandard.
 //! Anything else is refused as well. Each message starts with the name of the rule, which the mutants are matched by.
 
 /// What a VkFormat asks for.
@@ -99,7 +99,7 @@ pub fn check(file: &[u8]) -> Result<(), String> {
     let facts = facts(vk).ok_or(format!("vkFormat: {vk}"))?;
     rule(type_size == facts.type_size, "typeSize", type_size)?;
     rule(width > 0 && height > 0, "size", format!("{width} × {height}"))?;
-    rule(depth == 0, "pixelDepth", depth)?;
+    rule(depth == 0 || (faces == 1 && level_count == 1), "pixelDepth", depth)?;
     rule(layers == 0, "layerCount", layers)?;
     rule(faces == 1 || faces == 6, "faceCount", faces)?;
     rule(faces == 1 || width == height, "cube square", format!("{width} × {height}"))?;
@@ -120,7 +120,7 @@ pub fn check(file: &[u8]) -> Result<(), String> {
     check_dfd(file, dfd, &facts, scheme)?;
     let kvd_end =
         kvd.checked_add(kvd_length).filter(|end| *end <= file.len()).ok_or("kvdByteLength: beyond the end")?;
-    check_kvd(&file[kvd..kvd_end], faces)?;
+    check_kvd(&file[kvd..kvd_end], faces, depth)?;
 
     // Levels: smallest first, each aligned, nothing but zeros between, nothing behind the largest.
     let (side, bytes) = facts.block;
@@ -133,7 +133,7 @@ pub fn check(file: &[u8]) -> Result<(), String> {
         let entry = 80 + 24 * p as usize;
         let (offset, length) = (u64_at(file, entry)?, u64_at(file, entry + 8)?);
         let blocks = |size: u32| u64::from((size >> p).max(1).div_ceil(side));
-        let plain = blocks(width) * blocks(height) * u64::from(faces * bytes);
+        let plain = blocks(width) * blocks(height) * u64::from(faces * depth.max(1) * bytes);
         rule(scheme != 0 || length == plain, "byteLength", format!("level {p}: {length}"))?;
         rule(u64_at(file, entry + 16)? == plain, "uncompressedByteLength", format!("level {p}"))?;
         rule(offset % alignment as u64 == 0, "level alignment", format!("level {p} at {offset}"))?;
@@ -176,7 +176,7 @@ fn check_dfd(file: &[u8], dfd: usize, facts: &Facts, scheme: u32) -> Result<(), 
     Ok(())
 }
 
-fn check_kvd(kvd: &[u8], faces: u32) -> Result<(), String> {
+fn check_kvd(kvd: &[u8], faces: u32, depth: u32) -> Result<(), String> {
     let mut at = 0;
     let mut last: Option<String> = None;
     let mut writer = false;
@@ -205,7 +205,10 @@ fn check_kvd(kvd: &[u8], faces: u32) -> Result<(), String> {
                 writer = true;
                 rule(value.starts_with("brdf-baker "), "KTXwriter", value)?;
             }
-            "KTXorientation" => rule(faces == 1 && value == "rd", "KTXorientation", value)?,
+            "KTXorientation" => {
+                let expected = if depth > 0 { "rdi" } else { "rd" };
+                rule(faces == 1 && value == expected, "KTXorientation", value)?;
+            }
             _ => rule(!key.to_ascii_lowercase().starts_with("ktx"), "reserved key", key)?,
         }
     }

@@ -153,9 +153,14 @@ impl Encoding {
         ENCODINGS.iter().copied().filter(|e| e.repr == repr && e.components >= channels).min_by_key(|e| e.components)
     }
 
-    /// Has it the range for this shape? Radiance knows no upper bound, so integers over [0, 1] hold only tables.
+    /// Has it the range for this shape? Radiance knows no upper bound, so integers over [0, 1] hold only tables. Blocks are of
+    /// pictures, not of volumes.
     pub fn holds(self, shape: Shape) -> bool {
-        shape == Shape::Table || *self.repr.range().end() > 1.0
+        match shape {
+            Shape::Table => true,
+            Shape::Volume { .. } => !self.repr.is_blocks(),
+            Shape::Map | Shape::Cube => *self.repr.range().end() > 1.0,
+        }
     }
 
     /// Bytes of a texel, or of a block where there are blocks.

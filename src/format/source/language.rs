@@ -49,7 +49,18 @@ pub static PYTHON: Language =
 fn about(facts: &Facts) -> String {
     let Facts { width, height, channels, words, .. } = facts;
     let kind = words.map_or(String::new(), |words| format!(", each {words}"));
-    format!("{width} x {height} texels of {channels} values{kind}; rows from the top, texels from the left.")
+    let (depth, slices) = match facts.depth {
+        Some(depth) => (format!(" x {depth}"), "slices in order, "),
+        None => (String::new(), ""),
+    };
+    format!(
+        "{width} x {height}{depth} texels of {channels} values{kind}; {slices}rows from the top, texels from the left."
+    )
+}
+
+/// The number of slices where there are some, as `before`, the number, `after`.
+fn depth(facts: &Facts, before: &str, after: &str) -> String {
+    facts.depth.map_or(String::new(), |depth| format!("{before}{depth}{after}"))
 }
 
 /// What the function does, for a comment.
@@ -60,13 +71,14 @@ fn usage(facts: &Facts) -> String {
 fn rust(facts: &Facts) -> (String, String) {
     let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
     let element = if words.is_some() { "u16" } else { "f32" };
+    let slices = depth(facts, &format!("/// Slices.\npub const {name}_DEPTH: usize = "), ";\n");
     let before = format!(
         "
 /// Texels from left to right.
 pub const {name}_WIDTH: usize = {width};
 /// Rows.
 pub const {name}_HEIGHT: usize = {height};
-/// Values of a texel.
+{slices}/// Values of a texel.
 pub const {name}_CHANNELS: usize = {channels};
 
 /// {}
@@ -76,7 +88,7 @@ pub static {name}: [{element}; {}] = [
         about(facts),
         facts.len()
     );
-    if words.is_some() {
+    if !facts.samples() {
         return (before, "];\n".into());
     }
     let place = if *edges { "t * (n - 1) as f32" } else { "t * n as f32 - 0.5" };
@@ -103,13 +115,14 @@ pub fn {small_name}_sample(u: f32, v: f32) -> [f32; {name}_CHANNELS] {{
 fn c(facts: &Facts, is_header: bool) -> (String, String) {
     let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
     let (element, include) = if words.is_some() { ("uint16_t", "#include <stdint.h>\n\n") } else { ("float", "") };
+    let slices = depth(facts, &format!(", {name}_DEPTH = "), "");
     let (guard, end, own, inline) = match is_header {
         true => (format!("#ifndef {name}_H\n#define {name}_H\n\n"), "\n#endif\n", "static ", "static inline "),
         false => (String::new(), "", "", ""),
     };
     let before = format!(
         "
-{guard}{include}enum {{ {name}_WIDTH = {width}, {name}_HEIGHT = {height}, {name}_CHANNELS = {channels} }};
+{guard}{include}enum {{ {name}_WIDTH = {width}, {name}_HEIGHT = {height}{slices}, {name}_CHANNELS = {channels} }};
 
 // {}
 {own}const {element} {name}[{}] = {{
@@ -117,7 +130,7 @@ fn c(facts: &Facts, is_header: bool) -> (String, String) {
         about(facts),
         facts.len()
     );
-    if words.is_some() {
+    if !facts.samples() {
         return (before, format!("}};\n{end}"));
     }
     let place = if *edges { "uv[i] * (float)(sizes[i] - 1)" } else { "uv[i] * (float)sizes[i] - 0.5f" };
@@ -156,19 +169,20 @@ fn c(facts: &Facts, is_header: bool) -> (String, String) {
 
 fn script(facts: &Facts, typed: bool) -> (String, String) {
     let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
+    let slices = depth(facts, &format!("export const {name}_DEPTH = "), ";\n");
     let array = if words.is_some() { "Uint16Array" } else { "Float32Array" };
     let before = format!(
         "
 export const {name}_WIDTH = {width};
 export const {name}_HEIGHT = {height};
-export const {name}_CHANNELS = {channels};
+{slices}export const {name}_CHANNELS = {channels};
 
 /** {} */
 export const {name} = new {array}([
 ",
         about(facts)
     );
-    if words.is_some() {
+    if !facts.samples() {
         return (before, "]);\n".into());
     }
     let (number, numbers) = if typed { (": number", ": number[]") } else { ("", "") };
@@ -198,20 +212,21 @@ export function {small_name}Sample(u{number}, v{number}){numbers} {{
 fn python(facts: &Facts) -> (String, String) {
     let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
     let kind = if words.is_some() { "H" } else { "f" };
+    let slices = depth(facts, &format!("{name}_DEPTH = "), "\n");
     let before = format!(
         "
 import array
 
 {name}_WIDTH = {width}
 {name}_HEIGHT = {height}
-{name}_CHANNELS = {channels}
+{slices}{name}_CHANNELS = {channels}
 
 # {}
 {name} = array.array(\"{kind}\", [
 ",
         about(facts)
     );
-    if words.is_some() {
+    if !facts.samples() {
         return (before, "])\n".into());
     }
     let place = if *edges { "t * (n - 1)" } else { "t * n - 0.5" };

@@ -1,7 +1,8 @@
 //! Tables as source code: an array with its sizes, everything that the meta says as comments, and, for single floats, a
 //! function that looks a value up between texels. Halves are written as their bits, to be handed to a GPU, and integers as they are stored.
 //!
-//! The array holds the texture's channels and no others, rows from the top, texels from the left. Its name is the file's.
+//! The array holds the texture's channels and no others, slices in order, rows from the top, texels from the left; a table
+//! over three axes comes without the function. Its name is the file's.
 //! What this tool wrote it reads again: numbers and facts only, not code that was changed around them.
 
 mod language;
@@ -31,6 +32,8 @@ struct Facts {
     small_name: String,
     width: u32,
     height: u32,
+    /// Slices of a volume.
+    depth: Option<u32>,
     channels: usize,
     /// What numbers are that are not floats: 16-bit words of this.
     words: Option<&'static str>,
@@ -42,7 +45,12 @@ struct Facts {
 
 impl Facts {
     fn len(&self) -> usize {
-        self.width as usize * self.height as usize * self.channels
+        self.width as usize * self.height as usize * self.depth.unwrap_or(1) as usize * self.channels
+    }
+
+    /// Is there a function that looks values up?
+    fn samples(&self) -> bool {
+        self.words.is_none() && self.depth.is_none()
     }
 }
 
@@ -75,7 +83,8 @@ impl Format for Language {
 
         let comment = self.comment;
         let mut text = format!("{comment} Written by {WRITER}. What it says of itself, as JSON strings:\n");
-        let sizes = format!("{} {} {}", texture.width, texture.height, encoding.name);
+        let depth = facts.depth.map_or(String::new(), |depth| format!(" {depth}"));
+        let sizes = format!("{} {}{depth} {}", texture.width, texture.height, encoding.name);
         let sizes = std::iter::once((format!("{PREFIX}{TEXELS}"), sizes));
         for (key, value) in sizes.chain(pairs(texture, encoding)) {
             text += &format!("{comment} {key} = {}\n", json_string(&value));
@@ -125,13 +134,16 @@ impl Format for Language {
         let stated = |key: &str| strings.iter().find(|(k, _)| k.strip_prefix(PREFIX) == Some(key)).map(|(_, v)| v);
         let sizes = stated(TEXELS).ok_or_else(|| wrong("it does not say how many texels it has"))?;
         let parsed = match sizes.split(' ').collect::<Vec<_>>()[..] {
-            [width, height, name] => {
+            [width, height, ref depth @ .., name] if depth.len() <= 1 => {
                 let size = |text: &str| text.parse::<u32>().ok().filter(|n| *n > 0);
-                size(width).zip(size(height)).zip(numbers().into_iter().find(|e| e.name == name))
+                let depth = depth.first().map_or(Some(None), |depth| size(depth).map(Some));
+                let sizes = size(width).zip(size(height)).zip(depth);
+                sizes.zip(numbers().into_iter().find(|e| e.name == name))
             }
             _ => None,
         };
-        let ((width, height), encoding) = parsed.ok_or_else(|| wrong(&format!("its size is stated as '{sizes}'")))?;
+        let (((width, height), depth), encoding) =
+            parsed.ok_or_else(|| wrong(&format!("its size is stated as '{sizes}'")))?;
         let default = &["r", "g", "b", "a"][..encoding.components];
         let facts = strings.iter().map(|(k, v)| (*k, v.as_str()));
         let (channels, meta) = from_pairs(path, facts, default, encoding.components)?;
@@ -156,11 +168,17 @@ impl Format for Language {
                 values.push(value.ok_or_else(|| wrong(&format!("'{}' is no number", number.escape_debug())))?);
             }
         }
-        let wanted = u64::from(width).checked_mul(height.into()).and_then(|n| n.checked_mul(channels.len() as u64));
+        let rows = u64::from(height).checked_mul(depth.unwrap_or(1).into());
+        let texels = rows.and_then(|rows| rows.checked_mul(width.into()));
+        let wanted = texels.and_then(|n| n.checked_mul(channels.len() as u64));
         if wanted != Some(values.len() as u64) {
             return Err(wrong(&format!("it has {} numbers, which is not its size", values.len())));
         }
-        let shape = if is_map(&meta) { Shape::Map } else { Shape::Table };
+        let shape = match depth {
+            Some(depth) => Shape::Volume { depth },
+            None if is_map(&meta) => Shape::Map,
+            None => Shape::Table,
+        };
         let encoding = Encoding::fitting(encoding.repr, channels.len()).expect("these encodings hold up to four");
         Ok((Texture { shape, width, height, channels, levels: vec![values], meta }, encoding))
     }
@@ -189,6 +207,10 @@ fn facts(path: &Path, texture: &Texture, encoding: Encoding) -> Facts {
         name: name.to_ascii_uppercase(),
         width: texture.width,
         height: texture.height,
+        depth: match texture.shape {
+            Shape::Volume { depth } => Some(depth),
+            _ => None,
+        },
         channels: texture.channels.len(),
         words: match encoding.repr {
             Repr::F16 => Some("the bits of a half float"),

@@ -81,8 +81,13 @@ impl Fresnel {
                 format!("give a number from {least} to {most} other than 1; below 1 is light that comes from inside"),
             ));
         }
-        let term = if ior > 1.0 { &dielectric::DIELECTRIC } else { &internal::INTERNAL };
-        Ok(Fresnel { term, optics: Optics { eta: [ior; 3], k: [0.0; 3] } })
+        Ok(Fresnel::interface(ior))
+    }
+
+    /// A dielectric interface of any index, 1 for none included.
+    pub(crate) fn interface(ior: f64) -> Fresnel {
+        let term = if ior < 1.0 { &internal::INTERNAL } else { &dielectric::DIELECTRIC };
+        Fresnel { term, optics: Optics { eta: [ior; 3], k: [0.0; 3] } }
     }
 
     /// A conductor of refractive index `eta` and extinction coefficient `k` for red, green and blue.
