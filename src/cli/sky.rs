@@ -89,7 +89,7 @@ impl SkyArgs {
         let peak = texels.iter().fold(0.0f32, |a, b| a.max(*b));
         // Half floats end at 65504, far below the sun.
         let wide = Encoding::fitting(Repr::F32, 4).filter(|wide| format.encodings(Shape::Map).contains(wide));
-        let wanted = wanted.or(wide.filter(|_| peak > Repr::F16.range().end().to_owned()));
+        let wanted = wanted.or(wide.filter(|_| peak > *Repr::F16.range().end()));
         let encoding = format::choose(format, Shape::Map, 3, wanted)?;
 
         let mut meta = Meta::default();

@@ -350,7 +350,7 @@ fn polar<B: plotters::backend::DrawingBackend>(
             None | Some(0) => area.draw(&PathElement::new(points, style))?,
             Some(channel) => {
                 let (dash, gap) = dashes(channel);
-                let pieces = plotters::element::DashedPathElement::new(points.into_iter(), px(dash), px(gap), style);
+                let pieces = plotters::element::DashedPathElement::new(points, px(dash), px(gap), style);
                 area.draw(&pieces)?;
             }
         }

@@ -108,7 +108,7 @@ impl Curve {
         match self.reflectance {
             Reflectance::White => [1.0; 3],
             Reflectance::Schlick(f0) => [f0 + (1.0 - f0) * schlick_weight(1.0 - cos); 3],
-            Reflectance::Dielectric(ior) if ior == 1.0 => [0.0; 3],
+            Reflectance::Dielectric(1.0) => [0.0; 3],
             Reflectance::Dielectric(ior) => [dielectric(cos, ior); 3],
             Reflectance::Named(Material::Dielectric(d)) => [d.fresnel(cos); 3],
             Reflectance::Named(Material::Metal(m)) => m.fresnel_rgb(cos),

@@ -115,11 +115,10 @@ impl Maps {
         let request = SpecularRequest { kernel: "lambert".into(), size: Some(DIFFUSE_SIZE), ..Default::default() };
         let light = environment.map_or_else(|| Environment::from(&source), Environment::borrowed);
         let irradiance = request.resolve()?.run(&light, backend, on)?;
-        if let Some(kernel) = given.diffuse.map(cube_job).transpose()?.map(|job| job.kernel) {
-            if kernel.least_alpha.is_some() {
-                let what = format!("an irradiance map is filtered with lambert, not with {}", kernel.name);
-                return Err(Error::usage(what, "bake one with `brdf-baker env --irradiance FILE`"));
-            }
+        let kernel = given.diffuse.map(cube_job).transpose()?.map(|job| job.kernel);
+        if let Some(kernel) = kernel.filter(|k| k.least_alpha.is_some()) {
+            let what = format!("an irradiance map is filtered with lambert, not with {}", kernel.name);
+            return Err(Error::usage(what, "bake one with `brdf-baker env --irradiance FILE`"));
         }
         let table = match given.table {
             Some(table) => table.clone(),
@@ -236,8 +235,11 @@ fn halved(cube: &CubeMap) -> CubeMap {
     CubeMap { size, texels }
 }
 
-/// Size, points, and scale and bias of a table, n·v ascending along x and roughness along y.
-fn split_sum(table: &Texture) -> Result<((u32, u32), Points, Vec<[f32; 2]>)> {
+/// Size, points, scale and bias.
+type SplitSum = ((u32, u32), Points, Vec<[f32; 2]>);
+
+/// The content of a table, n·v ascending along x and roughness along y.
+fn split_sum(table: &Texture) -> Result<SplitSum> {
     let job = TableJob::from_meta(table)?;
     let refuse = |what: &str| {
         Error::usage(
