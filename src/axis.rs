@@ -173,6 +173,8 @@ impl Axis {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_2_PI;
+
     use super::*;
 
     fn axis(points: Points, reversed: bool) -> Axis {
@@ -206,7 +208,7 @@ mod tests {
         let third: f64 = 1.0 / 3.0;
         assert_eq!(at(Warp::SqrtNDotV).sqrt(), third);
         assert!(((1.0 - at(Warp::SqrtOneMinusNDotV)).sqrt() - third).abs() < 1e-15);
-        assert!((at(Warp::Angle).acos() * 0.63661977 - third).abs() < 1e-8);
+        assert!((at(Warp::Angle).acos() * FRAC_2_PI - third).abs() < 1e-8);
         assert!((at(Warp::Alpha) * at(Warp::Alpha) - third).abs() < 1e-15);
         for warp in Warp::ALL {
             assert_eq!(Warp::parse(warp.name()).expect("its own name"), warp);

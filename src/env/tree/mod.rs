@@ -419,8 +419,9 @@ impl<C: Chart> Builder<'_, C> {
         if weight <= 0.0 {
             return 0.0;
         }
-        let centroid: [f64; 3] =
-            std::array::from_fn(|x| (0..3).map(|k| sums.first[k][x] * self.light.inverse_mean[k]).sum::<f64>() / weight);
+        let centroid: [f64; 3] = std::array::from_fn(|x| {
+            (0..3).map(|k| sums.first[k][x] * self.light.inverse_mean[k]).sum::<f64>() / weight
+        });
         let of_channel = |k: usize| {
             let e = sums.e[k];
             let offset = |x: usize| sums.first[k][x] - e * centroid[x];
