@@ -156,6 +156,6 @@ fn transmission_has_a_shader_for_either_side_and_the_same_nodes() {
     }
     let glsl = read(&root().join("shaders/rule/transmit.glsl"));
     let nodes = glsl.split("#define TRANSMIT_NODES NODES_").nth(1).and_then(|rest| rest.split('_').next()).unwrap();
-    let outside = brdf_baker::term::fresnel::Fresnel::dielectric(1.5).unwrap();
+    let outside = fresnel::Fresnel::dielectric(1.5).unwrap();
     assert!(brdf_baker::rule::transmit::rule_name(&outside).ends_with(&format!("x{nodes} a panel")), "{nodes}");
 }

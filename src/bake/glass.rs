@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
 use crate::rule::transmit;
-use crate::term::fresnel::{Fresnel, Optics, dielectric};
+use crate::term::fresnel::{Fresnel, IOR_RANGE, Optics, dielectric};
 use crate::verify::{refraction, truth};
 
 /// The table.
@@ -114,6 +114,9 @@ pub(super) fn on_grid(grid: Grid<'_>, model: &Model, backend: &Backend, on: &mut
     if is_nothing(model) {
         return Ok(channels(0.0, 1.0).map(|v| v as f32).repeat(grid.n_dot_v.len() * grid.roughness.len()));
     }
+    // The cone through which light leaves a medium of a far larger index is narrower than single floats resolve.
+    let [least, most] = IOR_RANGE;
+    let backend = if (least..=most).contains(&model.fresnel.optics.eta[0]) { backend } else { &Backend::Cpu };
     let mut texels = grid.run(backend, model, on)?;
     let transmitted = grid.transmitted(backend, model, on)?;
     for (texel, transmitted) in
