@@ -1,5 +1,5 @@
 #!/bin/sh
-# Bakes a split-sum table, an albedo table and an environment, verifies all three, and draws them.
+# Bakes a split-sum table, an albedo table and an environment, verifies all three, and draws them and what they light.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -27,5 +27,6 @@ show $baker env "$out/sky.exr" -o "$out/sky.ktx2"
 show $baker verify "$out/dfg.ktx2"
 show $baker verify "$out/albedo.exr"
 show $baker verify "$out/sky.ktx2" --source "$out/sky.exr"
+show $baker preview -o "$out/spheres.png" --env "$out/sky.exr" --lut "$out/dfg.ktx2" --compensate
 example contact_sheet "$out/dfg.ktx2" "$out/sky.ktx2" "$out/preview.png"
-printf '\nLook at %s/preview.png: the table, and the environment from smooth to rough.\n' "$out"
+printf '\nLook at %s/preview.png, the table and the environment from smooth to rough, and at %s/spheres.png.\n' "$out" "$out"

@@ -26,6 +26,8 @@
 //! - A **material** ([`material`]) is a named metal or dielectric, with its reflectance as linear sRGB.
 //! - A [`bake::Backend`] is a Vulkan device or the processor; a [`texture::Texture`] travels between all modules; a
 //!   [`format::Format`] writes and reads it.
+//! - What comes out can be looked at: [`plot`] draws curves and tables, [`spheres`] a grid of spheres under an environment,
+//!   by the baked maps or by an integral of the same BRDF; [`env::sky`] is an environment without a file.
 //!
 //! # Conventions
 //! The normal is +Z; `v`, `l`, `h` are unit vectors that point away from the surface. `roughness` is perceptual, in

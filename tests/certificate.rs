@@ -66,6 +66,19 @@ fn every_encoding_keeps_its_certificate() {
         ("split-sum", "h.png", "rgb16unorm"),
         ("albedo", "i.png", "r16unorm"),
         ("average-albedo", "j.ktx2", "r32f"),
+        ("split-sum", "k.ktx2", "rg16unorm"),
+        ("split-sum", "l.ktx2", "a2b10g10r10"),
+        ("split-sum", "m.ktx2", "rgb9e5"),
+        ("split-sum", "n.ktx", "b10g11r11"),
+        ("split-sum", "o.png", "rgbd8"),
+        ("split-sum", "p.png", "rgbm8"),
+        ("split-sum", "q.ktx2", "rgbp8"),
+        ("albedo", "r.ktx2", "bc4"),
+        ("split-sum", "s.ktx2", "bc5"),
+        ("split-sum", "t.ktx2", "bc6h"),
+        ("split-sum", "u.rs", "rg32f"),
+        ("split-sum", "v.py", "rg16f"),
+        ("split-sum", "w.json", "rg32f"),
     ] {
         bake(folder.path(), &["bake", table, "-o", file, "--size", "24", "--encoding", encoding]);
         let (code, result) = verify(folder.path(), &[file]);
@@ -87,6 +100,33 @@ fn the_same_texels_have_one_hash_in_every_container() {
         texture.meta.get(SHA256).expect("a hash").to_string()
     };
     assert_eq!(hash("a.ktx2"), hash("a.exr"));
+    assert_eq!(hash("a.ktx2"), hash("a.c"));
+}
+
+#[test]
+fn a_changed_block_is_found_and_so_is_a_missing_statement_of_loss() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    bake(here, &["bake", "split-sum", "-o", "sound.ktx2", "--size", "32", "--encoding", "bc5"]);
+    let sound = std::fs::read(here.join("sound.ktx2")).unwrap();
+
+    // Other greens in the last block.
+    let mut changed = sound.clone();
+    let at = changed.len() - 8;
+    changed[at..].iter_mut().for_each(|byte| *byte ^= 0x5a);
+    std::fs::write(here.join("changed.ktx2"), &changed).unwrap();
+    let (code, result) = verify(here, &["changed.ktx2"]);
+    assert_eq!((code, verdict(&result, SHA256)), (1, "refuted"), "{}", failures(&result));
+
+    // Without the statement nothing says how far a value may be off.
+    let key = b"encoding.error.absolute";
+    let at = sound.windows(key.len()).position(|w| w == key).expect("the file states it");
+    let mut silent = sound;
+    silent[at + 9] = b'x';
+    std::fs::write(here.join("silent.ktx2"), &silent).unwrap();
+    let output = run(here, &["verify", "silent.ktx2"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("does not state its encoding.error.absolute"));
 }
 
 #[test]

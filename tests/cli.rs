@@ -57,6 +57,10 @@ fn every_container_is_baked_verified_and_described() {
         ("split-sum", "d.png"),
         ("albedo", "e.ktx2"),
         ("average-albedo", "f.exr"),
+        ("split-sum", "g.ktx"),
+        ("split-sum", "h.json"),
+        ("split-sum", "i.rs"),
+        ("albedo", "j.py"),
     ] {
         let line = succeeds(here, &["bake", table, "-o", file, "--size", "32"]);
         assert!(line.starts_with(file) && line.contains("max error") && line.trim_end().ends_with("cpu"), "{line}");
@@ -67,6 +71,60 @@ fn every_container_is_baked_verified_and_described() {
             assert!(info.contains(word), "'{word}' is not in: {info}");
         }
     }
+}
+
+#[test]
+fn containers_without_metadata_say_so_and_are_identified() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    for file in ["a.dds", "b.npy"] {
+        let output = run(here, &["bake", "split-sum", "-o", file, "--size", "32"]);
+        assert!(output.status.success() && text(&output.stderr).contains("does not say what it holds"), "{file}");
+        assert!(succeeds(here, &["verify", file]).contains("identified"), "{file}");
+    }
+}
+
+#[test]
+fn levels_are_compressed_and_blocks_searched_as_asked() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let size = |file: &str| std::fs::metadata(here.join(file)).unwrap().len();
+    succeeds(here, &["bake", "split-sum", "-o", "a.ktx2", "--size", "64"]);
+    succeeds(here, &["bake", "split-sum", "-o", "b.ktx2", "--size", "64", "--compression", "zstd"]);
+    assert!(size("b.ktx2") < size("a.ktx2"));
+    assert!(succeeds(here, &["verify", "b.ktx2"]).contains("right"));
+    let bake = |quality: &str| {
+        let options = ["--size", "64", "--encoding", "bc5", "--bc-quality", quality, "--json"];
+        let line = succeeds(here, &[&["bake", "split-sum", "-o", "c.ktx2"][..], &options].concat());
+        let value: serde_json::Value = serde_json::from_str(&line).unwrap();
+        value["rounding_rms"].as_f64().unwrap()
+    };
+    assert!(bake("slow") < bake("fast"));
+    assert!(succeeds(here, &["info", "c.ktx2"]).contains("encoding.error.relative.rms"));
+    let zstd = ["bake", "split-sum", "-o", "d.exr", "--compression", "zstd"];
+    fails(here, &zstd, &["OpenEXR is not compressed by zstd", "drop --compression, or write a .ktx2 file"]);
+    fails(here, &["bake", "split-sum", "-o", "d.ktx2", "--compression", "lzma"], &["unknown compression 'lzma'"]);
+    fails(here, &["bake", "split-sum", "-o", "d.ktx2", "--bc-quality", "best"], &["unknown effort 'best'", "slow"]);
+}
+
+#[test]
+fn environments_go_into_the_containers_of_engines() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    picture(&here.join("a.hdr"), (64, 32), |x, y| 1.0 + ((x / 8 + y / 8) % 2) as f32);
+    for (file, encoding) in
+        [("a.env", "rgbd8"), ("b.ktx", "b10g11r11"), ("c.ktx2", "bc6h"), ("d.ktx2", "rgb9e5"), ("e.ktx2", "rgbm8")]
+    {
+        let line = succeeds(here, &["env", "a.hdr", "-o", file, "--size", "16", "--encoding", encoding]);
+        assert!(line.contains(encoding), "{line}");
+        assert!(succeeds(here, &["verify", file]).contains("right"), "{file}");
+        assert!(succeeds(here, &["verify", file, "--source", "a.hdr"]).contains("right"), "{file}");
+        assert!(succeeds(here, &["info", file]).contains("sh.irradiance"), "{file}");
+    }
+    succeeds(here, &["env", "a.hdr", "-o", "f.dds", "--size", "16"]);
+    fails(here, &["env", "a.hdr", "-o", "g.env", "--size", "24"], &["Babylon.js reads no cube of 24 texels"]);
+    fails(here, &["env", "a.hdr", "-o", "g.env", "--size", "16", "--mips", "3"], &["with 3 mips"]);
+    fails(here, &["env", "a.hdr", "-o", "g.ktx2", "--encoding", "rgba8unorm"], &["does not hold encoding rgba8unorm"]);
 }
 
 #[test]
@@ -494,9 +552,20 @@ fn unwritable_folder_is_refused() {
 #[test]
 fn help_of_each_command_ends_with_examples() {
     let folder = TempDir::new().unwrap();
-    for command in
-        ["bake", "env", "sky", "curves", "verify", "identify", "info", "devices", "list", "materials", "completions"]
-    {
+    for command in [
+        "bake",
+        "env",
+        "sky",
+        "curves",
+        "preview",
+        "verify",
+        "identify",
+        "info",
+        "devices",
+        "list",
+        "materials",
+        "completions",
+    ] {
         let help =
             text(&Command::new(env!("CARGO_BIN_EXE_brdf-baker")).args([command, "--help"]).output().unwrap().stdout);
         let examples = help.split("Examples:").nth(1).unwrap_or_else(|| panic!("{command} --help has no examples"));
@@ -659,7 +728,7 @@ fn a_sky_is_written_described_and_filtered() {
     fails(here, &["sky", "-o", "a.exr", "--elevation", "-5"], &["elevation", "0 to 90"]);
     fails(here, &["sky", "-o", "a.exr", "--ground", "0.1,0.2"], &["--ground", "three"]);
     fails(here, &["sky", "-o", "a.exr", "--exposure", "-400"], &["--exposure"]);
-    fails(here, &["sky", "-o", "a.png"], &["PNG", ".exr"]);
+    fails(here, &["sky", "-o", "a.png"], &["a.png", ".exr"]);
     fails(here, &["sky", "-o", "a.exr", "--size", "0"], &["--size from 1"]);
 }
 
@@ -690,4 +759,48 @@ fn curves_and_tables_are_drawn() {
     fails(here, &["curves", "-o", "d.svg", "--curve", "alpha=2"], &["alpha", "'2'", "0.001 to 1"]);
     fails(here, &["curves", "-o", "d.svg", "--view", "95"], &["95", "0 to 89"]);
     fails(here, &["curves", "-o", "d.svg", "--size", "10x10"], &["10x10", "200x150"]);
+}
+
+#[test]
+fn spheres_are_drawn_from_files() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    succeeds(here, &["sky", "-o", "sky.exr", "--size", "32"]);
+    succeeds(
+        here,
+        &["env", "sky.exr", "-o", "sky.ktx2", "--size", "16", "--mips", "2", "--irradiance", "diffuse.ktx2"],
+    );
+    succeeds(here, &["bake", "split-sum", "-o", "dfg.ktx2", "--size", "16", "--flip-v", "--axes", "roughness,n_dot_v"]);
+    let files = ["--env", "sky.ktx2", "--lut", "dfg.ktx2", "--irradiance", "diffuse.ktx2"];
+    let small = ["--size", "48x32", "--spheres", "3x2", "--samples", "64", "--json"];
+    let draw = |output: &str, rest: &[&str]| {
+        let line = succeeds(here, &[&["preview", "-o", output], &files[..], &small[..], rest].concat());
+        serde_json::from_str::<serde_json::Value>(&line).unwrap()
+    };
+    let line = draw("a.png", &["--compare", "--compensate", "--material", "gold"]);
+    assert_eq!(line["spheres"].as_array().unwrap().len(), 6);
+    assert_eq!(line["spheres"][2]["metallic"], 1.0);
+    assert!(line["spheres"][5]["rms"].as_f64().unwrap() < 0.5);
+    let picture = image::open(here.join("a.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (3 * 48 + 8, 32));
+    let line = draw("b.exr", &["--reference", "--exposure", "-1"]);
+    assert_eq!((&line["method"], &line["exposure_ev"]), (&"reference".into(), &(-1.0).into()));
+    image::RgbImage::from_pixel(4, 2, image::Rgb([200, 30, 30])).save(here.join("red.png")).unwrap();
+    draw("c.png", &["--base-color", "red.png", "--normal", "red.png", "--metallic", "red.png"]);
+    let refused = |rest: &[&str], words: &[&str]| {
+        fails(here, &[&["preview", "-o", "d.png"], &files[..], &small[..], rest].concat(), words);
+    };
+    refused(&["--roughness", "red.png", "--reference"], &["one roughness a sphere", "--roughness"]);
+    refused(&["--grid", "metallic,metallic"], &["--grid", "metallic,roughness"]);
+    refused(&["--grid", "metallic,rougness"], &["rougness", "roughness"]);
+    refused(&["--base-color", "1,2,3"], &["--base-color", "0 to 1"]);
+    refused(&["--base-color", "missing.png"], &["missing.png"]);
+    refused(&["--ndf", "ggx:ratio=0.5"], &["anisotropic", "--ndf"]);
+    fails(here, &["preview", "-o", "d.png", "--samples", "9000"], &["9000", "7680"]);
+    refused(&["--tone", "filmic"], &["filmic", "aces"]);
+    refused(&["--rotate", "90"], &["cannot be turned", "--rotate"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "dfg.ktx2"], &["dfg.ktx2"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "sky.ktx2", "--lut", "sky.ktx2"], &["table"]);
+    fails(here, &["preview", "-o", "d.gif"], &["d.gif", ".png"]);
+    fails(here, &["preview", "-o", "d.exr", "--compare"], &["--compare", ".png"]);
 }

@@ -134,7 +134,7 @@ fn texture(shape: Shape, (width, height): (u32, u32), channels: usize, repr: Rep
     let names = ["scale", "bias", "z", "w"][..channels].iter().map(|s| s.to_string()).collect();
     let mut texture = Texture { shape, width, height, channels: names, levels: vec![], meta: odd_meta() };
     let levels = match shape {
-        Shape::Table => 1,
+        Shape::Table | Shape::Volume { .. } => 1,
         Shape::Map | Shape::Cube => width.ilog2() as usize + 1,
     };
     if shape == Shape::Map {

@@ -357,6 +357,9 @@ fn own_files_are_recognised_in_every_container() {
         ("a.ktx2", Some("rgba32f")),
         ("a.exr", None),
         ("a.exr", Some("rg32f")),
+        ("a.dds", None),
+        ("a.ktx", None),
+        ("a.npy", None),
         ("a.hdr", None),
         ("a.png", None),
         ("a.png", Some("rgb8unorm")),
@@ -539,7 +542,9 @@ fn damaged_files_end_in_errors() {
     let texture = TableRequest { size: (9, 7), ..TableRequest::new("split-sum") };
     let texture = texture.resolve().unwrap().run(&Backend::Cpu, &mut ignore).unwrap();
     let mut files = vec![std::fs::read(golden("bevy_dfg.ktx2")).unwrap(), half_dds()];
-    for format in formats() {
+    // What others' files are read of; the rest is ours alone.
+    let read_of_others = ["ktx2", "exr", "hdr", "png", "dds", "ktx", "npy"];
+    for format in formats().iter().filter(|f| read_of_others.contains(&f.extension())) {
         let encoding = format.default_encoding(texture.shape, 2).unwrap();
         files.push(format.to_bytes(Path::new("a"), &texture, encoding.into()).unwrap());
     }

@@ -33,7 +33,7 @@ fn sky() -> Equirect {
 }
 
 fn maps(environment: &Environment<'_>, model: &Model) -> Maps {
-    Maps::new(Some(environment), Given::default(), model, &Backend::Cpu, &mut ignore).expect("baked")
+    Maps::new(Some(environment), Given::default(), model, 64, &Backend::Cpu, &mut ignore).expect("baked")
 }
 
 fn rms(a: &Picture, b: &Picture) -> f64 {
@@ -51,15 +51,14 @@ fn kernels_draw_what_their_twins_draw() {
         for (ndf, visibility) in [("ggx", "smith"), ("beckmann", "schlick-beckmann"), ("phong", "smith")] {
             let model = Model::parse(ndf, visibility).expect("valid");
             let maps = maps(&environment, &model);
-            let scene = Scene::grid((72, 48), [3, 3], AXES, GOLD).expect("valid");
-            let preview = Preview { compensate: true, half_vectors: 512, ..Preview::new(scene, model) };
+            let scene = Scene::grid((48, 32), [3, 3], AXES, GOLD).expect("valid");
+            let preview = Preview { compensate: true, half_vectors: 256, ..Preview::new(scene, model) };
             for method in METHODS {
                 let [drawn, twin] =
                     [gpu, &Backend::Cpu].map(|b| preview.render(method, &maps, b, &mut ignore).expect("drawn"));
                 let found = rms(&drawn, &twin);
                 println!("{ndf} {visibility} {method:?}: {found:.1e}");
-                // The sun's edge on a mirror is steep; elsewhere it is 1e-6.
-                assert!(found < 2e-3, "{ndf} {visibility} {method:?}: {found}");
+                assert!(found < 1e-5, "{ndf} {visibility} {method:?}: {found}");
                 let mut worst: Vec<f64> = drawn
                     .pixels
                     .iter()
@@ -67,7 +66,7 @@ fn kernels_draw_what_their_twins_draw() {
                     .map(|(a, b)| f64::from((a[1] - b[1]).abs() / b[1].max(1e-3)))
                     .collect();
                 worst.sort_by(f64::total_cmp);
-                assert!(worst[worst.len() / 2] < 1e-5, "median {}", worst[worst.len() / 2]);
+                assert!(worst[worst.len() / 2] < 1e-6, "median {}", worst[worst.len() / 2]);
             }
         }
     });
@@ -82,14 +81,16 @@ fn white_spheres_vanish_in_a_white_room() {
             let model = model(visibility);
             let maps = maps(&environment, &model);
             let scene = Scene::grid((80, 80), [5, 5], AXES, WHITE).expect("valid");
-            let preview = Preview { compensate: true, ..Preview::new(scene, model) };
+            let preview = Preview { compensate: true, ..Preview::new(scene.clone(), model) };
             for method in METHODS {
                 let picture = preview.render(method, &maps, backend, &mut ignore).expect("drawn");
-                let worst = picture.pixels.iter().map(|p| (p[1] - 1.0).abs()).fold(0.0, f32::max);
+                // Next to the horizon the albedo is steeper than a table between two texels.
+                let least = if method == Method::SplitSum { 0.0 } else { 0.1 };
+                let inside = |i: &usize| scene.inside(*i as u32 % 80, *i as u32 / 80, least).is_some();
+                let far = |i: usize| picture.pixels[i][..3].iter().map(|v| (v - 1.0).abs()).fold(0.0, f32::max);
+                let worst = (0..80 * 80).filter(inside).map(far).fold(0.0, f32::max);
                 println!("{name} {visibility} {method:?}: {worst:.1e}");
-                // Three places where the lattice of half vectors meets a horizon are let off.
-                let far = picture.pixels.iter().filter(|p| (p[1] - 1.0).abs() > 1e-3).count();
-                assert_eq!(far, 0, "{name} {visibility} {method:?}: {worst}");
+                assert!(worst < 1e-3, "{name} {visibility} {method:?}: {worst}");
             }
         }
     };
@@ -156,7 +157,7 @@ fn reference_is_the_integral() {
         [1.0 + 0.5 * y as f32 + lamp, 1.0 + other, 1.0]
     });
     let environment = (&coarse).into();
-    for (ndf, visibility, bound) in [("ggx", "smith", 0.01), ("beckmann", "cook-torrance", 0.015)] {
+    for (ndf, visibility, bound) in [("ggx", "smith", 0.015), ("beckmann", "cook-torrance", 0.02)] {
         let model = Model::parse(ndf, visibility).expect("valid");
         let maps = maps(&environment, &model);
         for roughness in [0.3, 0.5, 0.8] {
@@ -167,19 +168,17 @@ fn reference_is_the_integral() {
             let picture = preview.render(Method::Reference, &maps, &Backend::Cpu, &mut ignore).expect("drawn");
             let (mut squares, mut of_squares) = (0.0, 0.0);
             for (x, y) in [(8, 8), (10, 5), (4, 6), (8, 12), (12, 9), (9, 6), (7, 3)] {
-                let mut expected = [0.0; 3];
-                for seen in scene.parts(x, y) {
-                    let Seen::Sphere(0, n) = seen else { panic!("({x}, {y}) is inside of the sphere") };
-                    let part = brute_force(&coarse, &brdf, n, sphere.base);
-                    (0..3).for_each(|c| expected[c] += part[c] / 8.0);
-                }
+                let Seen::Sphere(0, n) = scene.at(f64::from(x) + 0.5, f64::from(y) + 0.5) else {
+                    panic!("({x}, {y}) is inside of the sphere")
+                };
+                let expected = brute_force(&coarse, &brdf, n, sphere.base);
                 let found = picture.pixels[(y * 16 + x) as usize];
                 for c in 0..3 {
                     squares += (f64::from(found[c]) - expected[c]).powi(2);
                     of_squares += expected[c].powi(2);
                 }
             }
-            let found = (squares / of_squares as f64).sqrt();
+            let found = (squares / of_squares).sqrt();
             println!("{ndf} {visibility} roughness {roughness}: {found:.1e}");
             assert!(found < bound, "{ndf} {visibility} roughness {roughness}: {found}");
         }
@@ -196,9 +195,9 @@ fn more_half_vectors_change_little() {
         let preview = Preview { half_vectors, ..Preview::new(scene.clone(), model) };
         preview.render(Method::Reference, &maps, &Backend::Cpu, &mut ignore).expect("drawn")
     };
-    let found = rms(&draw(2048), &draw(16384));
-    println!("2048 against 16384 half vectors: {found:.1e}");
-    assert!(found < 0.01, "{found}");
+    let found = rms(&draw(2048), &draw(7680));
+    println!("2048 against 7680 half vectors: {found:.1e}");
+    assert!(found < 0.02, "{found}");
 }
 
 /// The mirror of a room whose walls have six colours shows each where it is.
@@ -248,8 +247,7 @@ fn textures_lie_where_they_should() {
     let maps = maps(&(&room).into(), &model);
     let draw = |base: Option<&str>, normal: Option<&str>| {
         let (base, normal) = (base.map(path), normal.map(path));
-        let files =
-            Files { base_color: base.as_deref(), normal: normal.as_deref(), metallic: None, roughness: None };
+        let files = Files { base_color: base.as_deref(), normal: normal.as_deref(), metallic: None, roughness: None };
         let scene = Scene::grid((64, 64), [1, 1], [None; 2], WHITE).expect("valid");
         let pictures = Pictures::read(&files, 30.0).expect("read");
         let preview = Preview { pictures, ..Preview::new(scene, model) };

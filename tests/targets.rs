@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use brdf_baker::bake::atlas;
 use brdf_baker::env::Equirect;
 use brdf_baker::format::{self, Encoding, Format};
 use brdf_baker::target::{self, TARGETS};
@@ -85,7 +86,9 @@ fn one_command_bakes_the_environment_of_an_engine() {
         let folder = TempDir::new().unwrap();
         let here = folder.path();
         sky(here);
-        let lines = json(here, &["env", "sky.hdr", "--for", target.name, "--size", "16"]);
+        // An atlas has one size.
+        let size = if preset.shape == atlas::NAME { atlas::SIDE.to_string() } else { "16".into() };
+        let lines = json(here, &["env", "sky.hdr", "--for", target.name, "--size", &size]);
         let file = format!("sky{}.{}", preset.suffix, preset.extension);
         let mut expected = vec![file.clone()];
         expected.extend(preset.beside.iter().map(|beside| target::beside_name(&file, preset, beside)));
@@ -166,4 +169,28 @@ fn what_an_engine_does_not_take_is_refused() {
     fails(here, &["bake", "split-sum", "-o", "a.ktx2", "--exact-rows"], &["--for"]);
     fails(here, &["env", "sky.hdr", "-o", "a.ktx2", "--file-axes", "x,y"], &["'x,y'", "x,y,-z"]);
     fails(here, &["env", "sky.hdr", "-o", "a.ktx2", "--roughness-law", "cubic"], &["unknown roughness law", "linear"]);
+}
+
+#[test]
+fn the_guide_has_every_command_and_the_code_that_info_prints() {
+    let guide = include_str!("../docs/engines.md");
+    let has = |text: &str, target: &str| assert!(guide.contains(text), "{target}: docs/engines.md lacks\n{text}");
+    for target in TARGETS {
+        for preset in target.tables {
+            let command = |table| format!("brdf-baker bake {table} --for {}", target.name);
+            assert!(
+                [preset.table, preset.stem].iter().any(|table| guide.contains(&command(table))),
+                "docs/engines.md lacks '{}'",
+                command(preset.stem)
+            );
+            has(&preset.snippet.replace("{file}", &format!("{}.{}", preset.stem, preset.extension)), target.name);
+        }
+        if let Some(preset) = &target.environment {
+            has(&format!("brdf-baker env studio.exr --for {}", target.name), target.name);
+            let mut meta = Meta::default();
+            meta.set("target", target.name);
+            let file = format!("studio{}.{}", preset.suffix, preset.extension);
+            has(&target::snippet(&meta, &file).expect("every environment comes with code"), target.name);
+        }
+    }
 }

@@ -2,6 +2,7 @@
 // The same spheres by an integral over the BRDF's half vectors: src/spheres/nodes.rs places them, src/spheres/shade.rs is the
 // f64 twin.
 
+#define ALONE 1
 #include "spheres/scene.glsl"
 #include <visibility>
 #include "term/fresnel/schlick.glsl"
@@ -21,7 +22,7 @@ vec3 source(vec3 d, float lod) {
     return lookup(scene.source_level + uint(level), d);
 }
 
-vec3 shade(Surface s, uint part) {
+vec3 shade(Surface s) {
     float n_dot_v = max(s.n.z, 1e-4);
     // Any two directions that complete the normal.
     vec3 other = abs(s.n.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0);
@@ -33,8 +34,7 @@ vec3 shade(Surface s, uint part) {
     if (s.node_count == 0u) {
         float g = n_dot_v * g_over_n_dot_v(Directions(n_dot_v, n_dot_v, 1.0, n_dot_v, n_dot_v, n_dot_v, 0.0));
         float schlick = schlick_weight(1.0 - n_dot_v);
-        // Once for all parts of the pixel, as the sums below are multiplied.
-        vec3 light = g / float(PARTS) * lookup(scene.source_level, 2.0 * s.n.z * s.n - vec3(0.0, 0.0, 1.0));
+        vec3 light = g * lookup(scene.source_level, 2.0 * s.n.z * s.n - vec3(0.0, 0.0, 1.0));
         scale_light = (1.0 - schlick) * light;
         bias_light = schlick * light;
     } else {
@@ -42,9 +42,8 @@ vec3 shade(Surface s, uint part) {
         uint first = s.first_node & 0xffffffu;
         float alpha = row_map.x;
         float sigma_v = projected_area(n_dot_v);
-        // Each part of a pixel takes its share of the half vectors.
-        for (uint i = part; i < s.node_count; i += PARTS) {
-            vec4 node = node_of[first + i];
+        for (uint i = first; i < first + s.node_count; i++) {
+            vec4 node = node_of[i];
             float n_dot_h = sqrt(max(1.0 - node.x * node.x - node.y * node.y, 0.0));
             vec3 h = node.x * t + node.y * b + n_dot_h * s.n;
             float v_dot_h = h.z;
@@ -60,6 +59,5 @@ vec3 shade(Surface s, uint part) {
             }
         }
     }
-    return leaving(
-        s, float(PARTS) * scale_light, float(PARTS) * bias_light, lookup(scene.diffuse_level, s.n));
+    return leaving(s, scale_light, bias_light, lookup(scene.diffuse_level, s.n));
 }

@@ -1,10 +1,11 @@
 // Spheres on a grid under an environment: what both kernels of the preview share. src/spheres/scene.rs says where things are,
-// src/spheres/shade.rs is the f64 twin. The including shader defines `vec3 shade(Surface surface, uint part)`.
+// src/spheres/shade.rs is the f64 twin. The including shader defines `vec3 shade(Surface surface)`, and ALONE as 1 where one
+// look at the middle of a pixel will do because rough spheres change little within it.
 
 #include "term/cube.glsl"
 #include "term/surface.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 32) in;
 
 // `Block` in src/spheres/gpu.rs.
 layout(std430, set = 0, binding = 0) readonly buffer Scene {
@@ -121,7 +122,7 @@ vec3 leaving(Surface s, vec3 scale_light, vec3 bias_light, vec3 diffuse_light) {
     return sum;
 }
 
-vec3 shade(Surface surface, uint part);
+vec3 shade(Surface surface);
 
 // Two values of the pictures at their texel (x, y), which repeats along x.
 mat2x4 map_at(uint x, uint y) {
@@ -161,12 +162,43 @@ Surface surface_at(uint sphere, vec3 n) {
     return s;
 }
 
+// What lies under a point of the picture.
+struct Seen {
+    uint sphere;
+    // From the sphere's middle, in radii.
+    vec2 offset;
+    // Squared third component of the normal; not above 0 beside the sphere.
+    float left;
+};
+
+vec2 from_middle(vec2 at) {
+    return vec2(at.x - 0.5 * float(scene.width), 0.5 * float(scene.height) - at.y);
+}
+
+Seen seen_at(vec2 at) {
+    vec2 tiles = from_middle(at) / scene.tile_px;
+    vec2 grid = vec2(scene.columns, scene.rows);
+    vec2 cell = floor(vec2(tiles.x + 0.5 * grid.x, 0.5 * grid.y - tiles.y));
+    vec2 centre = vec2(cell.x + 0.5 - 0.5 * grid.x, 0.5 * grid.y - 0.5 - cell.y);
+    vec2 offset = (tiles - centre) / scene.radius;
+    bool inside = all(greaterThanEqual(cell, vec2(0.0))) && all(lessThan(cell, grid));
+    uint sphere = inside ? uint(cell.y) * scene.columns + uint(cell.x) : 0u;
+    return Seen(sphere, offset, inside ? 1.0 - dot(offset, offset) : 0.0);
+}
+
+// Does a rough sphere fill the pixel?
+bool is_alone(vec2 at) {
+    Seen seen = seen_at(at);
+    float most = 1.0 - 0.75 / (scene.radius * scene.tile_px);
+    return seen.left > 1.0 - most * most && sphere_of[2u * seen.sphere + 1u].w > 0u;
+}
+
 // The environment behind the spheres, out of focus: as a camera with a field of view of 60 degrees sees it.
-vec3 behind(vec2 from_middle_px) {
+vec3 behind(vec2 at) {
     if (scene.background >= 0.0) {
         return vec3(scene.background);
     }
-    return filtered(vec3(from_middle_px * (1.1547 / float(scene.height)), -1.0), 0.45);
+    return filtered(vec3(from_middle(at) * (1.1547 / float(scene.height)), -1.0), 0.45);
 }
 
 void main() {
@@ -177,22 +209,16 @@ void main() {
     vec2 pixel = vec2(index % scene.width, index / scene.width);
     vec3 sum = vec3(0.0);
     float covered = 0.0;
-    for (uint part = 0u; part < PARTS; part++) {
-        vec2 at = pixel + 0.5 + 0.0625 * PART_OF[part];
-        vec2 from_middle_px = vec2(at.x - 0.5 * float(scene.width), 0.5 * float(scene.height) - at.y);
-        vec2 tiles = from_middle_px / scene.tile_px;
-        vec2 grid = vec2(scene.columns, scene.rows);
-        vec2 cell = floor(vec2(tiles.x + 0.5 * grid.x, 0.5 * grid.y - tiles.y));
-        vec2 centre = vec2(cell.x + 0.5 - 0.5 * grid.x, 0.5 * grid.y - 0.5 - cell.y);
-        vec2 offset = (tiles - centre) / scene.radius;
-        float left = 1.0 - dot(offset, offset);
-        if (left > 0.0 && all(greaterThanEqual(cell, vec2(0.0))) && all(lessThan(cell, grid))) {
-            uint sphere = uint(cell.y) * scene.columns + uint(cell.x);
-            sum += shade(surface_at(sphere, vec3(offset, sqrt(left))), part);
+    uint parts = ALONE == 1 && is_alone(pixel + 0.5) ? 1u : PARTS;
+    for (uint part = 0u; part < parts; part++) {
+        vec2 at = pixel + 0.5 + (parts == 1u ? vec2(0.0) : 0.0625 * PART_OF[part]);
+        Seen seen = seen_at(at);
+        if (seen.left > 0.0) {
+            sum += shade(surface_at(seen.sphere, vec3(seen.offset, sqrt(seen.left))));
             covered += 1.0;
         } else {
-            sum += behind(from_middle_px);
+            sum += behind(at);
         }
     }
-    result[index] = vec4(sum, covered) / float(PARTS);
+    result[index] = vec4(sum, covered) / float(parts);
 }

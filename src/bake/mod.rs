@@ -1,6 +1,7 @@
 //! What is baked: one file per table or filter, their registry, and the way from a request to texels.
 
 mod albedo;
+pub mod atlas;
 mod average_albedo;
 pub mod backend;
 pub mod companion;

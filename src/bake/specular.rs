@@ -77,6 +77,11 @@ const LEAF: f64 = 0.8;
 /// Leaves are not smaller than this, so that the tree of a large source stays within some ten megabytes.
 const LEAST_LEAF_RAD: f64 = 0.006;
 
+/// Key of the gutter.
+const GUTTER: &str = "gutter";
+/// Key of the radiance that an encoding clamped texels to.
+pub const CLAMPED: &str = "encoding.clamped-to";
+
 /// Every Vulkan device takes buffers of this size: larger trees are walked in pieces.
 const BUFFER_BYTES: usize = 1 << 27;
 
@@ -113,6 +118,8 @@ pub struct SpecularRequest {
     pub roughness_law: String,
     /// Name of the quality.
     pub quality: String,
+    /// Texels around every level that repeat what lies across its edges: [`SpecularJob::gutter`].
+    pub gutter: u32,
 }
 
 impl Default for SpecularRequest {
@@ -124,6 +131,7 @@ impl Default for SpecularRequest {
             mips: None,
             roughness_law: "linear".into(),
             quality: quality::STANDARD.name.into(),
+            gutter: 0,
         }
     }
 }
@@ -154,7 +162,17 @@ impl SpecularRequest {
             let help = if most == 1 { "use --mips 1".into() } else { format!("use --mips from 1 to {most}") };
             return Err(Error::usage(what, help));
         }
-        let job = SpecularJob { kernel, projection, size, mips, law, quality, precision: quality.precision };
+        if self.gutter > 0 && projection != Projection::Equirect {
+            let what = format!("a {} map has no gutter", projection.name());
+            return Err(Error::usage(what, "choose --shape equirect"));
+        }
+        if size >> (mips - 1) <= 2 * self.gutter {
+            let what = format!("{mips} mips of size {size} leave nothing inside a gutter of {} texels", self.gutter);
+            return Err(Error::usage(what, "use fewer --mips or a larger --size"));
+        }
+        let precision = quality.precision;
+        let (clamped_to, gutter) = (f64::INFINITY, self.gutter);
+        let job = SpecularJob { kernel, projection, size, mips, law, quality, precision, clamped_to, gutter };
         let narrowest = job.alpha(job.filtered().start);
         if let Some(least) = kernel.least_alpha.filter(|least| mips > 1 && narrowest < *least) {
             let what = format!("mip 1 has alpha {narrowest:.5}, and {} is right from {least:.5} up", kernel.name);
@@ -181,6 +199,11 @@ pub struct SpecularJob {
     pub quality: &'static Quality,
     /// How finely the walk looks: the quality's, unless a test changes it.
     pub precision: Precision,
+    /// What a file's encoding clamped radiance to; infinite where it did not.
+    pub clamped_to: f64,
+    /// Texels on every side of each level of an equirect that repeat what lies across that edge, so that neighbours in an
+    /// atlas do not bleed into it. Sizes count them.
+    pub gutter: u32,
 }
 
 /// A source made ready: its tree, and the texels that leaves are cut into.
@@ -235,8 +258,19 @@ impl SpecularJob {
             mips: Some(texture.levels.len() as u32),
             roughness_law: get("roughness-law")?.into(),
             quality: get("quality")?.into(),
+            gutter: match texture.meta.get(GUTTER) {
+                None => 0,
+                Some(text) => text.parse().map_err(|_| {
+                    Error::usage(format!("the file says gutter '{text}'"), "a gutter is a number of texels")
+                })?,
+            },
         };
-        let job = request.resolve()?;
+        let mut job = request.resolve()?;
+        if let Some(text) = texture.meta.get(CLAMPED) {
+            job.clamped_to = text.parse().map_err(|_| {
+                Error::usage(format!("the file says {CLAMPED} '{text}'"), "radiance is clamped to a number")
+            })?;
+        }
         if job.level_size(0) != (texture.width, texture.height) {
             let what = format!("it is {}x{}, which is no {shape}", texture.width, texture.height);
             return Err(Error::usage(what, "bake it again"));
@@ -274,6 +308,20 @@ impl SpecularJob {
         ((width >> m).max(1), (height >> m).max(1))
     }
 
+    /// Width and height of a face at mip `m` without its gutter.
+    pub fn inner_size(&self, m: u32) -> (u32, u32) {
+        let (width, height) = self.level_size(m);
+        (width - 2 * self.gutter, height - 2 * self.gutter)
+    }
+
+    /// The point (s, t) of a face that lies `x` texels from the left and `y` rows from the top of mip `m`: from −1 to 1, and
+    /// beyond in a gutter.
+    pub fn place(&self, m: u32, x: f64, y: f64) -> (f64, f64) {
+        let (width, height) = self.inner_size(m);
+        let at = |i: f64, n: u32| 2.0 * (i - f64::from(self.gutter)) / f64::from(n) - 1.0;
+        (at(x, width), at(y, height))
+    }
+
     /// Texels of mip `m`.
     fn texels(&self, m: u32) -> u32 {
         let (width, height) = self.level_size(m);
@@ -287,9 +335,8 @@ impl SpecularJob {
 
     /// The axis of texel (x, y) at mip `m`.
     pub fn axis(&self, m: u32, face: u32, x: u32, y: u32) -> [f64; 3] {
-        let (width, height) = self.level_size(m);
-        let at = |i: u32, n: u32| (2.0 * f64::from(i) + 1.0) / f64::from(n) - 1.0;
-        self.projection.direction(face, at(x, width), at(y, height))
+        let (s, t) = self.place(m, f64::from(x) + 0.5, f64::from(y) + 0.5);
+        self.projection.direction(face, s, t)
     }
 
     /// Builds the tree for this job's narrowest lobe. `base` is `None` for the lowest value of each channel.
@@ -314,9 +361,11 @@ impl SpecularJob {
         // Leaves this small are few enough; what is finer is cut out of the source when it is asked for, if the source
         // fits into a buffer.
         let fits = size_of_val(picture.texels()) <= BUFFER_BYTES;
+        // Where a light at a kink shows more, bright leaves of many texels must come apart, too.
+        let leaf = LEAF * least / self.kernel.brightness;
         let params = Params {
-            leaf_extent_rad: (LEAF * least).max(if fits { LEAST_LEAF_RAD } else { 0.0 }),
-            least_extent_rad: LEAF * least,
+            leaf_extent_rad: leaf.max(if fits { LEAST_LEAF_RAD } else { 0.0 }),
+            least_extent_rad: leaf,
             brightness_limit: p.brightness_limit * self.kernel.brightness,
         };
         let tree = Tree::new(&picture, &params, base, on)?;
@@ -335,7 +384,10 @@ impl SpecularJob {
         if self.filtered().start > 0 {
             levels.push(match self.projection {
                 Projection::Cube => area::cube(&environment, self.size, on)?,
-                Projection::Equirect => resample::equirect(&environment, self.size, on)?,
+                Projection::Equirect => {
+                    let size = self.inner_size(0);
+                    with_gutter(resample::equirect(&environment, size, on)?, size, self.gutter)
+                }
                 Projection::Octahedral => resample::octahedral(&environment, self.size, on)?,
             });
         }
@@ -600,6 +652,9 @@ impl SpecularJob {
         meta.set("kernel", self.kernel.name);
         meta.set("roughness-law", self.law.name());
         meta.set("alpha", list(&|m| self.alpha(m)));
+        if self.gutter > 0 {
+            meta.set(GUTTER, self.gutter);
+        }
         if self.filtered().start > 0 {
             meta.set("mip.0", "mean over the texel's solid angle");
         }
@@ -616,6 +671,28 @@ impl SpecularJob {
         meta.set("version", env!("CARGO_PKG_VERSION"));
         meta
     }
+}
+
+/// An equirectangular picture, RGB interleaved, with `gutter` texels around it that go on across its edges.
+pub(super) fn with_gutter(texels: Vec<f32>, (width, height): (u32, u32), gutter: u32) -> Vec<f32> {
+    if gutter == 0 {
+        return texels;
+    }
+    let (w, h, g) = (i64::from(width), i64::from(height), i64::from(gutter));
+    let mut out = Vec::with_capacity(3 * ((w + 2 * g) * (h + 2 * g)) as usize);
+    for y in -g..h + g {
+        // Across a pole follows the column half a turn away.
+        let (row, turned) = match y {
+            _ if y < 0 => (-1 - y, w / 2),
+            _ if y >= h => (2 * h - 1 - y, w / 2),
+            _ => (y, 0),
+        };
+        for x in -g..w + g {
+            let at = 3 * (row * w + (x + turned).rem_euclid(w)) as usize;
+            out.extend_from_slice(&texels[at..at + 3]);
+        }
+    }
+    out
 }
 
 /// The source without its base, RGB interleaved.

@@ -215,6 +215,7 @@ impl BakeArgs {
                 "max_error": worst,
                 "median_error": report.median(),
                 "rounding": rounding,
+                "rounding_rms": written.rounding.rms,
                 "checked_texels": report.truth_texels,
                 "rule": job.rule_name(),
                 "output_texels": texture.levels[0].len() / channels,

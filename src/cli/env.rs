@@ -4,27 +4,25 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::bake::Backend;
-use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
+use brdf_baker::bake::atlas::{self, Atlas};
+use brdf_baker::bake::specular::{CLAMPED, SpecularJob, SpecularRequest};
 use brdf_baker::env::FileAxes;
 use brdf_baker::env::import::{self, Imported, Options};
 use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh::{self, Window};
-use brdf_baker::format::{self, Encoding, Format, Output, Steps, Storage, harmonics};
+use brdf_baker::format::{self, Encoding, Format, Output, Storage, harmonics};
 use brdf_baker::progress::Progress;
 use brdf_baker::target::{self, Choice, EnvironmentPreset, Target};
 use brdf_baker::term::zonal::ZONALS;
 use brdf_baker::texture::Texture;
-use brdf_baker::verify::certificate::Certificate;
-use brdf_baker::verify::cube::{self, CubeReport};
 use brdf_baker::verify::environment::{self, MipError};
-use brdf_baker::{Error, Result, report};
+use brdf_baker::{Error, Result};
 use serde_json::json;
 
 use super::Global;
 use super::console::Console;
 use super::source::{self, SourceArgs};
 use super::storage::{self, StorageArgs};
-use super::verify::{Checked, exceeds};
 
 /// Texels along an edge of the irradiance unless told otherwise.
 const DIFFUSE_SIZE: u32 = 64;
@@ -45,7 +43,7 @@ pub struct EnvArgs {
     #[arg(long, value_name = "NAME")]
     kernel: Option<String>,
     /// Layout: six faces, a picture twice as wide as high, or an octahedral square with +Y in the middle [default: cube]
-    #[arg(long, value_name = "cube|equirect|octahedral")]
+    #[arg(long, value_name = "cube|equirect|octahedral|playcanvas-atlas")]
     shape: Option<String>,
     /// Texels along an edge of mip 0; the height of an equirect [default: 256, 64 for lambert]
     #[arg(long, value_name = "N")]
@@ -96,6 +94,8 @@ struct Wanted {
     storage: Storage,
     output: Output,
     choice: Choice,
+    /// The tiles are packed into one picture; `job` is their chain.
+    atlas: Option<Atlas>,
 }
 
 /// How a map is stored, as the user and the target word it.
@@ -108,7 +108,9 @@ struct Stored<'a> {
 
 impl Wanted {
     fn new(path: PathBuf, request: &SpecularRequest, stored: Stored<'_>, mut choice: Choice) -> Result<Wanted> {
-        let job = request.resolve()?;
+        let atlas = atlas_of(request)?;
+        let job = atlas.as_ref().map_or_else(|| request.resolve(), |atlas| Ok(atlas.specular.clone()))?;
+        let levels = if atlas.is_some() { 1 } else { job.mips };
         let format = format::for_path(&path)?;
         let of_preset = stored.preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
         let encoding = choice.encoding(format, job.shape(), 3, stored.given, of_preset)?;
@@ -116,25 +118,33 @@ impl Wanted {
         if let Some(preset) = stored.preset {
             choice.container(format, preset.extension);
         }
-        if job.mips > 1 && !format.holds_mips() {
-            let what = format!("{} holds one level, not the {} of '{}'", format.name(), job.mips, path.display());
+        if levels > 1 && !format.holds_mips() {
+            let what = format!("{} holds one level, not the {levels} of '{}'", format.name(), path.display());
             return Err(Error::usage(what, "use --mips 1, or write a .ktx2 or .exr file"));
         }
-        format.accepts(job.size, job.mips)?;
+        format.accepts(job.size, levels)?;
         let output = Output::prepare(&path)?;
-        Ok(Wanted { path, job, format, storage, output, choice })
+        Ok(Wanted { path, job, format, storage, output, choice, atlas })
     }
 
     /// Bakes, and refuses to go on with a result that its own check finds wrong.
     fn bake(&self, source: &Source<'_>, backend: &Backend, console: &mut Console) -> Result<Baked> {
         let environment = &source.imported.environment;
-        let mut texture = self.job.run(environment, backend, &mut |p| console.progress(p))?;
+        let on = &mut |p: Progress<'_>| console.progress(p);
         let spot = environment::Extent::after_baking(self.job.quality);
-        let errors = environment::check(&self.job, environment, &texture, spot, &mut |p| console.progress(p))?;
+        let mut texture = self.job.run(environment, backend, on)?;
+        let mut errors = environment::check(&self.job, environment, &texture, spot, on)?;
+        let mut filtered = self.job.filtered().len();
+        if let Some(atlas) = &self.atlas {
+            let ambient = atlas.ambient.run(environment, backend, on)?;
+            errors.extend(environment::check(&atlas.ambient, environment, &ambient, spot, on)?);
+            filtered += 1;
+            texture = atlas.pack(environment, &texture, &ambient, on)?;
+        }
         let (rms, worst, texels) = summary(&errors);
         let bound = self.job.quality.worst_bound;
         // Written so that NaN is refused.
-        if !(worst <= bound && errors.len() == self.job.filtered().len()) {
+        if !(worst <= bound && errors.len() == filtered) {
             let what = format!(
                 "'{}' was not written: a texel is off by {worst:.1e} of its value, more than {bound:.1e}",
                 self.path.display(),
@@ -148,6 +158,10 @@ impl Wanted {
         texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
         texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
         texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
+        let most = *self.storage.encoding.repr.range().end();
+        if texture.levels.iter().flatten().any(|v| *v > most) {
+            texture.meta.set(CLAMPED, most);
+        }
         harmonics::state(&harmonics::irradiance(environment), &mut texture.meta);
         format::certify(&mut texture, self.storage)?;
         Ok(Baked { texture, rms, worst, texels })
@@ -162,22 +176,25 @@ impl Wanted {
         backend: &Backend,
         console: &mut Console,
     ) -> Result<()> {
-        let Wanted { path, job, format, storage, output, choice } = self;
+        let Wanted { path, job, format, storage, output, choice, atlas } = self;
         let encoding = storage.encoding;
         let Baked { texture, rms, worst, texels } = baked;
         let written = output.commit(format, texture, storage)?;
         storage::warn_of_lost_meta(format, &path, console);
         if written.rounding.clamped > 0 {
             console.warn(&format!(
-                "{} values of '{}' exceed what {} holds and were clamped; --encoding rgba32f keeps them",
+                "{} values of '{}' exceed {}, the most that {} holds, and were clamped; --encoding rgba32f in a .ktx2 or .exr \
+                 file keeps them, a lower --exposure too",
                 written.rounding.clamped,
                 path.display(),
+                encoding.repr.range().end(),
                 encoding.name
             ));
         }
         let seconds = start.elapsed().as_secs_f64();
+        let shape = if atlas.is_some() { atlas::NAME } else { job.projection.name() };
         let faces = if job.projection == Projection::Cube { "6x" } else { "" };
-        let levels = if job.mips == 1 { "1 level".into() } else { format!("{} mips", job.mips) };
+        let levels = if texture.levels.len() == 1 { "1 level".into() } else { format!("{} mips", job.mips) };
         console.result(
             &format!(
                 "{}  {faces}{}x{}, {levels} {}  max error {worst:.1e} relative, rms {rms:.1e} (+ {:.1e} rounding)  \
@@ -198,7 +215,7 @@ impl Wanted {
                 "dimmed_texels": source.imported.adjusted.clamped,
                 "removed_energy": source.imported.adjusted.removed,
                 "kernel": job.kernel.name,
-                "shape": job.projection.name(),
+                "shape": shape,
                 "size": job.size,
                 "mips": job.mips,
                 "quality": job.quality.name,
@@ -208,6 +225,8 @@ impl Wanted {
                 "max_error": worst,
                 "rms_error": rms,
                 "rounding": written.rounding.max_rel,
+                "rounding_relative_rms": written.rounding.rms_rel,
+                "rounding_rms": written.rounding.rms,
                 "clamped": written.rounding.clamped,
                 "checked_texels": texels,
                 "output_texels": texture.levels.iter().map(|l| l.len() / texture.channels.len()).sum::<usize>(),
@@ -262,6 +281,7 @@ impl EnvArgs {
             shape,
             size,
             quality: self.quality,
+            gutter: 0,
         };
         let file_axes = choice.pick(
             "file-axes",
@@ -341,6 +361,23 @@ impl EnvArgs {
     }
 }
 
+/// The atlas that a request asks for.
+fn atlas_of(request: &SpecularRequest) -> Result<Option<Atlas>> {
+    if request.shape != atlas::NAME {
+        return Ok(None);
+    }
+    let atlas = Atlas::new(request.size.unwrap_or(atlas::SIDE), &request.quality)?;
+    let job = &atlas.specular;
+    let own = request.kernel == job.kernel.name
+        && request.roughness_law == job.law.name()
+        && request.mips.is_none_or(|mips| mips == job.mips);
+    if own {
+        return Ok(Some(atlas));
+    }
+    let what = format!("an atlas has {} mips of {} by the law {}", job.mips, job.kernel.name, job.law.name());
+    Err(Error::usage(what, "leave --kernel, --mips and --roughness-law to --for playcanvas"))
+}
+
 /// Where a target's map goes that the user gave no name: into the working folder.
 fn default_path(input: &str, preset: &EnvironmentPreset) -> PathBuf {
     let stem = Path::new(input).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
@@ -362,93 +399,6 @@ fn peak_memory_bytes() -> Option<u64> {
 fn summary(errors: &[MipError]) -> (f64, f64, u32) {
     let max = |of: fn(&MipError) -> f64| errors.iter().map(of).fold(0.0, |a: f64, b| if b <= a { a } else { b });
     (max(|e| e.rms), max(|e| e.max), errors.iter().map(|e| e.texels).sum())
-}
-
-/// `brdf-baker verify` of an environment.
-pub fn verify(
-    checked: Checked,
-    source: Option<&Path>,
-    texture: &Texture,
-    encoding: Encoding,
-    certificate: Certificate,
-    console: &mut Console,
-) -> Result<()> {
-    let file = checked.file.as_path();
-    let job = SpecularJob::from_meta(texture).map_err(|e| Error::input(file, e.to_string(), e.help().to_string()))?;
-    let steps = Steps::of(encoding, &texture.meta)?;
-    let on = &mut |p: Progress<'_>| console.progress(p);
-    let imported = match source {
-        Some(source) => Some(import::read(source, &Options::from_meta(&texture.meta)?, on)?),
-        None => None,
-    };
-    let source = imported.as_ref().map(|i| &i.environment);
-    let report = match source {
-        Some(source) => cube::check_with_source(&job, texture, source, steps, checked.extent, on)?,
-        None => cube::check(&job, texture, steps, checked.extent, on)?,
-    };
-    let certificate = certificate.environment(&job, &texture.meta, &report, &steps);
-    let against = if source.is_some() { "the convolution of the source" } else { "the convolution of mip 0" };
-    let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
-    if let Some(most) = checked.max_error {
-        let worst = report.worst().ok_or_else(|| {
-            Error::usage("no mip was compared, so --max-error has nothing to say", "give the environment with --source")
-        })?;
-        failures.extend(exceeds(worst, most, "relative, of a checked texel"));
-    }
-    let picture = match &checked.page {
-        Some(_) => Some(report::cube::picture(&job, texture, source, &report, on)?),
-        None => None,
-    };
-    let text = text(&file.display().to_string(), &job, encoding.name, against, &report, failures.is_empty());
-    let result = json!({
-        "path": file,
-        "encoding": encoding.name,
-        "projection": job.projection.name(),
-        "kernel": job.kernel.name,
-        "against": against,
-        "passed": failures.is_empty(),
-        "max_error": checked.max_error,
-        "failures": failures,
-        "report": report,
-        "certificate": certificate,
-    });
-    checked.conclude(text, &result, &certificate, &failures, picture, console)
-}
-
-fn text(path: &str, job: &SpecularJob, encoding: &str, against: &str, report: &CubeReport, right: bool) -> String {
-    let verdict = if right { "right" } else { "WRONG" };
-    let [r, g, b] = report.mean;
-    let mut text = format!(
-        "{path}  {} {} {encoding}: {verdict}\n  mip 0      mean radiance {r:.5} {g:.5} {b:.5}",
-        job.projection.name(),
-        job.kernel.name
-    );
-    if let Some(m) = &report.mip_0 {
-        let (rms, max, bound) = (m.rms, m.worst, m.bound);
-        text.push_str(&format!(
-            "; rms {rms:.1e}, max {max:.1e} of {} texels, against the source (bound {bound:.1e} rms)",
-            m.texels
-        ));
-    }
-    for mip in &report.skipped {
-        text.push_str(&format!("\n  mip {mip:<2}     not compared: give the environment with --source"));
-    }
-    for m in &report.mips {
-        let bias = m.bias.map_or(String::new(), |bias| format!(", energy {bias:+.0e}"));
-        text.push_str(&format!(
-            "\n  mip {:<2}     alpha {:.5}: rms {:.1e}, max {:.1e}{bias} of {} texels, against {against} \
-             (bound {:.1e} rms)",
-            m.mip, m.alpha, m.rms, m.worst, m.texels, m.bound
-        ));
-    }
-    let holds = |law: bool| if law { "holds" } else { "see below" };
-    let seams = report.levels.iter().filter(|l| l.seams.is_some()).count();
-    text.push_str(&format!(
-        "\n  laws       finite, not negative, no brighter than mip 0, less variance in wider lobes, no rings at the seams of \
-         {seams} mips: {}",
-        holds(report.failures.is_empty())
-    ));
-    text
 }
 
 /// Name, one line and source of every kernel, for lists.

@@ -14,6 +14,7 @@ mod sky;
 mod source;
 mod storage;
 mod verify;
+mod verify_environment;
 
 use std::path::PathBuf;
 

@@ -11,8 +11,8 @@ use brdf_baker::format::{self, Format, Output};
 use brdf_baker::material::{self, Material};
 use brdf_baker::plot::{encode_png, write_text};
 use brdf_baker::spheres::{
-    self, Difference, Files, Given, HALF_VECTORS, Maps, Method, Picture, Pictures, Preview, Property, RADIUS, Scene,
-    Sphere, Tone,
+    self, Difference, Files, Given, HALF_VECTORS, MAX_HALF_VECTORS, Maps, Method, Picture, Pictures, Preview, Property,
+    RADIUS, Scene, Sphere, Tone,
 };
 use brdf_baker::texture::{Meta, Shape, Texture};
 use brdf_baker::{Error, Result};
@@ -149,9 +149,9 @@ impl PreviewArgs {
                 Error::usage(format!("--background cannot be '{text}'"), "say env, or give a radiance, e.g. 0.1")
             })?),
         };
-        if !(64..=1 << 20).contains(&self.samples) {
+        if !(64..=MAX_HALF_VECTORS).contains(&self.samples) {
             let what = format!("--samples cannot be {}", self.samples);
-            return Err(Error::usage(what, "give a number from 64 to 1048576"));
+            return Err(Error::usage(what, format!("give a number from 64 to {MAX_HALF_VECTORS}")));
         }
         if self.exposure.is_some_and(|e| !(-100.0..=100.0).contains(&e)) {
             return Err(Error::usage("--exposure is out of range", "give a number from -100 to 100"));
@@ -204,7 +204,7 @@ impl PreviewArgs {
         let backend = Backend::open(&global.device, global.validate)?;
         let given = Given { table: table.as_ref(), specular: light.cube.as_ref(), diffuse: diffuse.as_ref() };
         let on = &mut |p: brdf_baker::progress::Progress<'_>| console.progress(p);
-        let maps = Maps::new(light.environment.as_ref(), given, &preview.model, &backend, on)?;
+        let maps = Maps::new(light.environment.as_ref(), given, &preview.model, spheres::SIZE, &backend, on)?;
         let drawn: Vec<Picture> =
             methods.iter().map(|m| preview.render(*m, &maps, &backend, on)).collect::<Result<_>>()?;
         backend.check_messages()?;

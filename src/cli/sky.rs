@@ -74,6 +74,11 @@ impl SkyArgs {
             let what = format!("--exposure {} leaves nothing of the picture", self.exposure);
             return Err(Error::usage(what, "give a number from -100 to 100"));
         }
+        let extension = self.output.extension().map(|e| e.to_string_lossy().to_lowercase());
+        if !matches!(extension.as_deref(), Some("exr" | "hdr")) {
+            let what = format!("'{}' is not named like a picture of radiance", self.output.display());
+            return Err(Error::usage(what, "write a .exr or .hdr file"));
+        }
         let wanted = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let format = format::for_path(&self.output)?;
         format::choose(format, Shape::Map, 3, wanted)?;

@@ -81,7 +81,7 @@ impl VerifyArgs {
         let is_table = matches!(texture.shape, Shape::Table | Shape::Volume { .. });
         if !is_table {
             let source = self.source.as_deref();
-            return super::env::verify(checked, source, &texture, encoding, certificate, console);
+            return super::verify_environment::run(checked, source, &texture, encoding, certificate, console);
         }
 
         if self.source.is_some() {

@@ -41,21 +41,25 @@ const MOST_RAD: f64 = 0.05;
 /// Rows between two looks at the progress listener.
 const ROWS: u32 = 16;
 
-/// An equirectangular picture of `height` rows: RGB interleaved.
-pub fn equirect<'a>(environment: impl Into<Environment<'a>>, height: u32, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+/// An equirectangular picture of `width` × `height` texels: RGB interleaved.
+pub fn equirect<'a>(
+    environment: impl Into<Environment<'a>>,
+    (width, height): (u32, u32),
+    on: &mut OnProgress<'_>,
+) -> Result<Vec<f32>> {
     let environment = environment.into();
     if let (Picture::Equirect(picture), Frame::IDENTITY) = (&environment.picture, environment.frame) {
         tick(on, STAGE, 0.0)?;
-        return Ok(plain_equirect(picture, height));
+        return Ok(plain_equirect(picture, (width, height)));
     }
     let side_rad = PI / f64::from(height);
     let across = CHORDS.max((side_rad / MOST_RAD).ceil() as u32);
     let down = (side_rad / MOST_RAD).ceil() as u32;
-    by_rows(&environment, 2 * height, height, on, |means, x, y| {
+    by_rows(&environment, width, height, on, |means, x, y| {
         let corner = |i: u32, j: u32| {
             let at =
                 |k: u32, i: u32, parts: u32, n: u32| (f64::from(k) + f64::from(i) / f64::from(parts)) / f64::from(n);
-            Equirect::direction(at(x, i, across, 2 * height), at(y, j, down, height))
+            Equirect::direction(at(x, i, across, width), at(y, j, down, height))
         };
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
         for j in 0..down {
@@ -112,11 +116,12 @@ fn by_rows(
     Ok(texels)
 }
 
-fn plain_equirect(source: &Equirect, height: u32) -> Vec<f32> {
-    let (width, rows, columns) = (2 * height as usize, source.height as usize, source.width as usize);
-    let row_parts = overlaps(rows, height as usize, |x| (PI * x).cos());
+fn plain_equirect(source: &Equirect, (width, height): (u32, u32)) -> Vec<f32> {
+    let (width, height) = (width as usize, height as usize);
+    let (rows, columns) = (source.height as usize, source.width as usize);
+    let row_parts = overlaps(rows, height, |x| (PI * x).cos());
     let column_parts = overlaps(columns, width, |x| x);
-    let mut texels = vec![0f32; 3 * width * height as usize];
+    let mut texels = vec![0f32; 3 * width * height];
     texels.par_chunks_mut(3 * width).zip(&row_parts).for_each(|(out, parts)| {
         let mut sums = vec![[0f64; 3]; columns];
         for (row, weight) in parts {
@@ -153,7 +158,7 @@ fn plain_octahedral(source: &Equirect, size: u32) -> Vec<f32> {
     let mut source = source;
     while source.width > MOST_COLUMNS {
         let height = source.height / 2;
-        let texels = plain_equirect(source, height).as_chunks().0.to_vec();
+        let texels = plain_equirect(source, (2 * height, height)).as_chunks().0.to_vec();
         halved = Equirect { width: 2 * height, height, texels };
         source = &halved;
     }
@@ -330,7 +335,11 @@ mod tests {
     }
 
     fn resampled(source: &Equirect, projection: Projection, size: u32) -> Vec<f32> {
-        if projection == Projection::Equirect { plain_equirect(source, size) } else { plain_octahedral(source, size) }
+        if projection == Projection::Equirect {
+            plain_equirect(source, (2 * size, size))
+        } else {
+            plain_octahedral(source, size)
+        }
     }
 
     #[test]
@@ -401,7 +410,7 @@ mod tests {
         for (projection, sizes) in [(Projection::Equirect, [1, 7, 16]), (Projection::Octahedral, [1, 4, 16])] {
             for size in sizes {
                 let found = match projection {
-                    Projection::Equirect => equirect(&turned, size, &mut ignore),
+                    Projection::Equirect => equirect(&turned, (2 * size, size), &mut ignore),
                     _ => octahedral(&turned, size, &mut ignore),
                 };
                 let expected = resampled(&source, projection, size);
@@ -422,7 +431,7 @@ mod tests {
     #[test]
     fn an_equal_size_is_the_same_picture() {
         let source = speckle(16);
-        let same = plain_equirect(&source, 16);
+        let same = plain_equirect(&source, (32, 16));
         assert!(same.as_chunks().0.iter().zip(&source.texels).all(|(a, b): (&[f32; 3], _)| a == b));
     }
 }

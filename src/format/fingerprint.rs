@@ -15,7 +15,7 @@
 
 use sha2::{Digest, Sha256};
 
-use super::encoding::{Pictures, Storage, decode, encode, fits};
+use super::encoding::{Pictures, Storage, encode, fits, stored};
 use super::{Encoding, Repr};
 use crate::error::{Error, Result};
 use crate::texture::{Meta, Texture};
@@ -55,14 +55,7 @@ impl Fingerprint {
         if is_plain(storage.encoding) {
             return Self::of_stored(texture, storage.encoding);
         }
-        fits(texture.channels.len(), storage.encoding)?;
-        let decoded = |i: usize| {
-            let pictures = Pictures::of(texture, i);
-            let bytes = encode(&texture.levels[i], texture.channels.len(), pictures, storage)?;
-            Ok(decode(&bytes, texture.channels.len(), pictures, storage.encoding))
-        };
-        let levels = (0..texture.levels.len()).map(decoded).collect::<Result<Vec<_>>>()?;
-        Self::of_levels(&levels, texture.channels.len(), storage.encoding)
+        Self::of_levels(&stored(texture, storage)?, texture.channels.len(), storage.encoding)
     }
 
     /// Of a texture that was read from a file.
@@ -71,7 +64,8 @@ impl Fingerprint {
         Self::of_levels(&texture.levels, texture.channels.len(), encoding)
     }
 
-    fn of_levels(levels: &[Vec<f32>], channels: usize, encoding: Encoding) -> Result<Fingerprint> {
+    /// Of levels as a reader finds them.
+    pub(super) fn of_levels(levels: &[Vec<f32>], channels: usize, encoding: Encoding) -> Result<Fingerprint> {
         let plain = match encoding.repr {
             Repr::Rgbe8 => encoding,
             _ if is_plain(encoding) => Encoding { components: channels, ..encoding },

@@ -42,7 +42,9 @@ const GL_FORMATS: &[Gl] = &[
     Gl { encoding: "rgba8unorm", words: [BYTE, 1, RGBA, 0x8058, RGBA] },
     Gl { encoding: "rg16unorm", words: [SHORT, 2, RG, 0x822c, RG] },
     Gl { encoding: "rgba16unorm", words: [SHORT, 2, RGBA, 0x805b, RGBA] },
-    Gl { encoding: "b10g11r11", words: [0x8c3b, 4, RGB, 0x8c3a, RGB] },
+    // The type should be UNSIGNED_INT_10F_11F_11F_REV, 0x8c3b. Filament's tools write the sized format's name there, and its
+    // reader (libs/ktxreader, Ktx1Reader.cpp, toPixelDataType) knows no other.
+    Gl { encoding: "b10g11r11", words: [0x8c3a, 4, RGB, 0x8c3a, RGB] },
     Gl { encoding: "rgb9e5", words: [0x8c3e, 4, RGB, 0x8c3d, RGB] },
     Gl { encoding: "bc6h", words: [0, 1, 0, 0x8e8f, RGB] },
 ];
@@ -121,7 +123,9 @@ impl Format for Ktx1 {
         if header[0] != ENDIANNESS {
             return Err(unsound("its bytes are in the other order"));
         }
-        let Some((encoding, _)) = known().find(|(_, gl)| gl.words[0] == header[1] && gl.words[3] == header[4]) else {
+        // As the specification says it, too.
+        let gl_type = if header[1] == 0x8c3b { 0x8c3a } else { header[1] };
+        let Some((encoding, _)) = known().find(|(_, gl)| gl.words[0] == gl_type && gl.words[3] == header[4]) else {
             let names: Vec<&str> = known().map(|(e, _)| e.name).collect();
             let what = format!("its glInternalFormat is {:#06x}, its glType {:#06x}", header[4], header[1]);
             return Err(Error::input(path, what, format!("known are: {}", names.join(", "))));

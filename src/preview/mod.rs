@@ -73,6 +73,7 @@ fn between_mips(formula: &Formula, direction: [f64; 3], roughness: f64, light: &
 mod tests {
     use super::*;
     use crate::env::Equirect;
+    use crate::verify::truth;
 
     /// In a white room, a white metal that loses nothing to a single bounce is white, whatever the engine.
     #[test]
@@ -90,6 +91,52 @@ mod tests {
                     assert!((r - 1.0).abs() < 1e-4 && r == g && g == b, "{}: {r} {g} {b}", formula.name);
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// A black dielectric in a white room reflects its directional albedo, what two bounces give included: with the split
+    /// sum's two numbers from adaptive integration, F0 · (E − bias) + bias for the first.
+    #[test]
+    fn a_black_dielectric_reflects_what_its_table_holds() -> Result<()> {
+        let white = Equirect::from_fn(64, |_, _| [1.0; 3]);
+        let environment = (&white).into();
+        let light = Light::new(&environment);
+        let scene = Scene::spheres(32);
+        let model = Model::parse("ggx", "smith")?;
+        let bevy = Formula::parse("bevy")?;
+        let coal = Sphere { colour: [0.0; 3], metallic: false, roughness: 0.5 };
+        let points: Vec<Point> = scene.points(0, 7).map(|(_, point)| point).collect();
+        for (point, seen) in points.iter().zip(shade(bevy, &coal, &points, &light, None)?) {
+            let [whole, bias, ..] = truth::albedo(&model, point.n_dot_v(), 0.5, 1e-7).value;
+            let first = DIELECTRIC_F0 * (whole - bias) + bias;
+            let average = DIELECTRIC_F0 + (1.0 - DIELECTRIC_F0) / 21.0;
+            let expected = first + first * average * (1.0 - whole) / (1.0 - (1.0 - whole) * average);
+            assert!((seen[0] - expected).abs() < 1e-5, "{} for {expected}", seen[0]);
+        }
+        Ok(())
+    }
+
+    /// Mips that lie close together leave nothing between them: what is read there is the exact convolution.
+    #[test]
+    fn many_mips_are_as_good_as_all() -> Result<()> {
+        let sky = Equirect::from_fn(64, |u, v| {
+            let [x, y, z] = Equirect::direction(u, v);
+            [1.0 + x, 1.0 + y * y, 2.0 + z].map(|c| c as f32)
+        });
+        let environment = (&sky).into();
+        let light = Light::new(&environment);
+        let scene = Scene::spheres(32);
+        let points: Vec<Point> = scene.points(0, 9).map(|(_, point)| point).collect();
+        for formula in FORMULAS {
+            let metal = Sphere { colour: [1.0; 3], metallic: true, roughness: 0.6 };
+            let exact = shade(formula, &metal, &points, &light, None)?;
+            let worst = |mips| -> Result<f64> {
+                let read = shade(formula, &metal, &points, &light, Some(mips))?;
+                Ok(exact.iter().flatten().zip(read.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max))
+            };
+            let (few, many) = (worst(4)?, worst(40)?);
+            assert!(many < 2e-3 && few > 3.0 * many, "{}: {few:.1e} with 4 mips, {many:.1e} with 40", formula.name);
         }
         Ok(())
     }

@@ -12,7 +12,7 @@ use crate::shaders;
 use crate::spheres::scene::{RADIUS, Seen};
 
 /// Invocations a workgroup, as in the shader.
-const WORKGROUP: u32 = 64;
+const WORKGROUP: u32 = 32;
 
 /// The shader's scene.
 #[repr(C)]
@@ -137,26 +137,30 @@ impl Shade<'_> {
         tick(on, stage, 1.0)?;
         Ok(Picture { width, height, pixels: gpu.read::<[f32; 4]>(&buffers[6])? })
     }
-    /// All pixels: first those that show no sphere, then those of every sphere that has another lobe than the one before; and
-    /// where each group ends.
+    /// All pixels: first those that show no sphere, then the insides of the spheres, then their rims, and where each group
+    /// ends: one for what shares a lobe.
     fn order(&self) -> (Vec<u32>, Vec<u32>) {
         let (width, height) = self.scene.size;
         let spheres = self.scene.spheres.len();
-        let mut of: Vec<Vec<u32>> = vec![vec![]; 1 + spheres];
+        let mut of: Vec<Vec<u32>> = vec![vec![]; 1 + 2 * spheres];
         for y in 0..height {
             for x in 0..width {
-                // A pixel at a rim costs as much as one inside.
-                let seen = self.scene.parts(x, y).into_iter().find_map(|part| match part {
-                    Seen::Sphere(sphere, _) => Some(1 + sphere),
+                let middle = self.scene.at(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let sphere = |part: Seen| match part {
+                    Seen::Sphere(sphere, _) => Some(sphere),
                     Seen::Behind(_) => None,
-                });
-                of[seen.unwrap_or(0)].push(y * width + x);
+                };
+                let group = match sphere(middle) {
+                    Some(sphere) if self.is_alone(middle) => 1 + sphere,
+                    _ => self.scene.parts(x, y).into_iter().find_map(sphere).map_or(0, |s| 1 + spheres + s),
+                };
+                of[group].push(y * width + x);
             }
         }
         let (mut order, mut groups) = (vec![], vec![]);
+        let lobe = |group: usize| (group > spheres, self.lighting.of_sphere[(group - 1) % spheres]);
         for (i, pixels) in of.iter().enumerate() {
-            let same = i > 1 && self.lighting.of_sphere[i - 1] == self.lighting.of_sphere[i - 2];
-            if same {
+            if i > 1 && lobe(i) == lobe(i - 1) {
                 groups.pop();
             }
             order.extend(pixels);

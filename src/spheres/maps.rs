@@ -14,10 +14,10 @@ use crate::texture::{Shape, Texture};
 
 /// Texels along a side of the irradiance map that is baked: read between texels it is within 1e-4 of the integral.
 const DIFFUSE_SIZE: u32 = 64;
-/// Mips of the cube that is baked, of 256 texels: the last has 8, because the corners of a cube of one texel show.
-const MIPS: u32 = 6;
-/// Texels along a side of the cube that is baked.
-pub(super) const SIZE: u32 = 256;
+/// Texels along a side of the last mip of a cube that is baked: the corners of one texel would show.
+const LAST: u32 = 8;
+/// Texels along a side of the cube that is baked, unless told otherwise.
+pub const SIZE: u32 = 256;
 
 /// A face of every level of a cube, with a border of one texel that repeats its neighbours: bilinear reading then has no
 /// seams.
@@ -86,11 +86,13 @@ pub struct Given<'a> {
 }
 
 impl Maps {
-    /// Bakes what is not given: with `environment`, or with mip 0 of the given cube as the environment.
+    /// Bakes what is not given: with `environment`, or with mip 0 of the given cube as the environment. `size` is that of the
+    /// cube that is baked, a power of two; [`SIZE`] is usual.
     pub fn new(
         environment: Option<&Environment<'_>>,
         given: Given<'_>,
         model: &Model,
+        size: u32,
         backend: &Backend,
         on: &mut OnProgress<'_>,
     ) -> Result<Maps> {
@@ -98,8 +100,12 @@ impl Maps {
         let specular = match (given.specular, environment) {
             (Some(cube), _) => cube.clone(),
             (None, Some(environment)) => {
-                let request =
-                    SpecularRequest { kernel: kernel.into(), size: Some(SIZE), mips: Some(MIPS), ..Default::default() };
+                let request = SpecularRequest {
+                    kernel: kernel.into(),
+                    size: Some(size),
+                    mips: Some((size / LAST).max(1).ilog2() + 1),
+                    ..Default::default()
+                };
                 request.resolve()?.run(environment, backend, on)?
             }
             (None, None) => return Err(Error::usage("the spheres need light", "give --env, or leave it out")),
@@ -118,7 +124,10 @@ impl Maps {
         let table = match given.table {
             Some(table) => table.clone(),
             None => {
+                // With the values at both ends, where there are any: nothing is read beyond the last texel.
+                let points = if model.check_limits(true, true).is_ok() { Points::Edges } else { Points::Centers };
                 let request = TableRequest {
+                    points,
                     ndf: model.ndf.to_string(),
                     visibility: model.visibility.name.into(),
                     ..TableRequest::new("split-sum")

@@ -16,7 +16,7 @@
 //!
 //! // White spheres in a white room, with compensation: nothing is to be seen.
 //! let (model, room) = (Model::parse("ggx", "smith")?, furnace());
-//! let maps = Maps::new(Some(&(&room).into()), Given::default(), &model, &Backend::Cpu, &mut ignore)?;
+//! let maps = Maps::new(Some(&(&room).into()), Given::default(), &model, 16, &Backend::Cpu, &mut ignore)?;
 //! let white = Sphere { base: [1.0; 3], metallic: 0.0, roughness: 0.0, f0: 0.04 };
 //! let axes = [Some(Property::Metallic), Some(Property::Roughness)];
 //! let scene = Scene::grid((48, 48), [3, 3], axes, white)?;
@@ -34,7 +34,7 @@ mod pictures;
 mod scene;
 mod shade;
 
-pub use maps::{Given, Maps, furnace, kernel};
+pub use maps::{Given, Maps, SIZE, furnace, kernel};
 pub use picture::{Difference, Picture, Tone};
 pub use pictures::{Files, Pictures};
 pub use scene::{MAX_SIZE, MAX_SPHERES, Property, RADIUS, Scene, Seen, Sphere};
@@ -84,6 +84,8 @@ struct Lighting {
 
 /// Half vectors a pixel of the reference, unless told otherwise: [`Preview::half_vectors`].
 pub const HALF_VECTORS: u32 = 4096;
+/// Most of them: eight times as many at a rim, and software Vulkan counts the iterations of a shader to 65,535.
+pub const MAX_HALF_VECTORS: u32 = 7680;
 
 impl Preview {
     /// A preview without compensation, in front of the environment.
@@ -103,6 +105,10 @@ impl Preview {
         if self.model.is_anisotropic() {
             let what = "the spheres are shaded with round lobes, not with an anisotropic distribution";
             return Err(Error::usage(what, "leave ratio and azimuth out of --ndf"));
+        }
+        if method == Method::Reference && !(1..=MAX_HALF_VECTORS).contains(&self.half_vectors) {
+            let what = format!("a pixel cannot be looked at along {} half vectors", self.half_vectors);
+            return Err(Error::usage(what, format!("use --samples up to {MAX_HALF_VECTORS}")));
         }
         if method == Method::Reference && self.pictures.vary_roughness {
             let what = "the reference integrates one roughness a sphere, so it does not go with a texture of roughness";

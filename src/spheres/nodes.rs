@@ -17,9 +17,9 @@ use crate::ndf::{Lobe, Ndf};
 
 /// Golden angle: the turn between neighbours that repeats last.
 const GOLDEN_RAD: f64 = PI * (3.0 - 2.236_067_977_499_79);
-/// Area over which the environment is averaged, in shares of a node. Neighbours must overlap, or a small light is seen by
-/// more nodes here than there.
-const OVERLAP: f64 = 4.0;
+/// Area over which the environment is averaged, in shares of a node: bilinear reading spreads it once more, so that neighbours
+/// overlap and a small light is not seen by more nodes here than there.
+const OVERLAP: f64 = 2.0;
 
 /// A half vector, its weight, and at which level of detail the environment is read.
 #[derive(Clone, Copy, Debug, PartialEq)]

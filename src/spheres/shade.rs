@@ -2,15 +2,12 @@
 
 use super::maps::Maps;
 use super::pictures::Pictures;
-use super::scene::{Scene, Seen};
+use super::scene::{RADIUS, Scene, Seen};
 use super::{Lighting, Method};
 use crate::term::cube::locate;
 use crate::term::fresnel::schlick::schlick_weight;
 use crate::term::surface::{body, compensation, specular};
 use crate::term::visibility::{Directions, Visibility};
-
-/// Samples a pixel.
-const PARTS: usize = 8;
 
 /// All that a picture is computed from.
 pub(super) struct Shade<'a> {
@@ -50,14 +47,16 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 impl Shade<'_> {
     /// A pixel: radiance, and the share that is covered by spheres.
     pub fn pixel(&self, x: u32, y: u32) -> [f64; 4] {
+        let middle = self.scene.at(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let parts = if self.is_alone(middle) { vec![middle] } else { self.scene.parts(x, y).to_vec() };
         let mut sum = [0.0; 4];
-        for (part, seen) in self.scene.parts(x, y).into_iter().enumerate() {
-            let (light, covered) = match seen {
+        for seen in &parts {
+            let (light, covered) = match *seen {
                 Seen::Sphere(sphere, n) => {
                     let surface = self.surface_at(sphere, n);
                     let shaded = match self.method {
                         Method::SplitSum => self.split_sum(&surface),
-                        Method::Reference => self.reference(&surface, part),
+                        Method::Reference => self.reference(&surface),
                     };
                     (shaded, 1.0)
                 }
@@ -66,7 +65,14 @@ impl Shade<'_> {
             (0..3).for_each(|c| sum[c] += light[c]);
             sum[3] += covered;
         }
-        sum.map(|v| v / PARTS as f64)
+        sum.map(|v| v / parts.len() as f64)
+    }
+
+    /// Does a rough sphere fill the pixel, so that one look of the reference will do?
+    pub fn is_alone(&self, middle: Seen) -> bool {
+        let Seen::Sphere(sphere, n) = middle else { return false };
+        let most = 1.0 - 0.75 / (RADIUS * self.scene.tile_px());
+        n[2] * n[2] > 1.0 - most * most && self.lighting.of_sphere[sphere].is_some()
     }
 
     fn lookup(&self, level: u32, d: [f64; 3]) -> [f64; 3] {
@@ -201,7 +207,7 @@ impl Shade<'_> {
         self.lookup(self.maps.source_level + level as u32, d)
     }
 
-    fn reference(&self, s: &Surface, part: usize) -> [f64; 3] {
+    fn reference(&self, s: &Surface) -> [f64; 3] {
         let n_dot_v = s.n[2].max(1e-4);
         let other = if s.n[1].abs() < 0.9 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
         let t = crate::env::orientation::normalized(cross(other, s.n));
@@ -228,14 +234,13 @@ impl Shade<'_> {
                 };
                 let g = n_dot_v * (self.visibility.g_over_n_dot_v)(&d);
                 let light = self.lookup(self.maps.source_level, mirrored(s.n));
-                // Once for all parts of the pixel, as the sums below are multiplied.
-                add(light.map(|l| g * l / PARTS as f64), schlick_weight(1.0 - n_dot_v));
+                add(light.map(|l| g * l), schlick_weight(1.0 - n_dot_v));
             }
             Some(of) => {
                 let (row, nodes) = &self.lighting.rows[*of];
                 let alpha = row.lobe.map_or(0.0, |lobe| lobe.alpha);
                 let sigma_v = row.projected_area(n_dot_v);
-                for node in nodes.iter().skip(part).step_by(PARTS) {
+                for node in nodes {
                     let n_dot_h = (1.0 - node.xy[0].powi(2) - node.xy[1].powi(2)).max(0.0).sqrt();
                     let h = about(node.xy, n_dot_h);
                     let v_dot_h = h[2];
@@ -252,8 +257,7 @@ impl Shade<'_> {
                 }
             }
         }
-        let whole = |light: [f64; 3]| light.map(|l| PARTS as f64 * l);
-        self.leaving(s, whole(scale_light), whole(bias_light), self.diffuse(s))
+        self.leaving(s, scale_light, bias_light, self.diffuse(s))
     }
 }
 

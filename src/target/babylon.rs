@@ -20,11 +20,15 @@ pub(super) static TARGET: Target = Target {
             "const brdf = new BABYLON.Texture('{file}', scene, true, false, BABYLON.Texture.BILINEAR_SAMPLINGMODE);
 brdf.isRGBD = true;
 brdf.wrapU = brdf.wrapV = BABYLON.Texture.CLAMP_ADDRESSMODE;
-scene.environmentBRDFTexture = brdf;",
+brdf.onLoadObservable.addOnce(() => BABYLON.RGBDTextureTools.ExpandRGBDTexture(brdf)); // codes must not be blended
+scene.environmentBRDFTexture = brdf; // before the first material",
         ..TablePreset::SPLIT_SUM
     }],
     environment: Some(EnvironmentPreset {
         law: RoughnessLaw::Babylon,
+        // In the engine's left-handed world the middle of the panorama lies along +Z, what is right of it along +X: as
+        // HDRCubeTexture places it. A right-handed scene looks files up with z reversed.
+        file_axes: "z,y,x",
         extension: "env",
         encoding: "rgbd8",
         suffix: "",

@@ -1,21 +1,27 @@
 //! Bevy: cubes as KTX2, the split-sum table through the feature `dfg_lut`.
 
-use super::{Beside, Content, EnvironmentPreset, TablePreset, Target};
+use super::{Beside, Content, EnvironmentPreset, Mips, TablePreset, Target};
 
 pub(super) static TARGET: Target = Target {
     name: "bevy",
     about: [
-        "KTX2: 64x64 split-sum table; 256 specular cube, roughness m/M, with a 32 diffuse cube beside it",
+        "KTX2: 64x64 split-sum table; 512 specular cube, roughness m/M down to 4 texels, with a 32 diffuse cube beside it",
         "The shader looks cubes up with z reversed, so the file's +Z shows the environment's -Z",
     ],
     source: "bevy_pbr: environment_map.wesl, pbr_lighting.wesl, light_probe",
     tables: &[TablePreset {
         size: (64, 64),
-        snippet: "// Cargo.toml: bevy_pbr with the feature dfg_lut; put {file} in the place of its dfg.ktx2",
+        snippet: "// Cargo.toml: bevy with the features dfg_lut, ktx2 and zstd_rust; after the plugins:
+let table: Handle<Image> = app.world().resource::<AssetServer>().load(\"{file}\");
+app.sub_app_mut(RenderApp).insert_resource(bevy::pbr::DfgLut { texture: table });",
         ..TablePreset::SPLIT_SUM
     }],
     environment: Some(EnvironmentPreset {
         file_axes: "x,y,-z",
+        // With 256, seven mips are left: too few for the error between two of them to stay under that of Bevy's own filter.
+        size: 512,
+        // Between the last mips Bevy interpolates evenly in roughness: smaller ones would err more than their number gains.
+        mips: Mips::DownTo(4),
         beside: &[Beside { content: Content::Diffuse, size: Some(32), suffix: "_diffuse" }],
         snippet: "commands.entity(camera).insert(EnvironmentMapLight {
     specular_map: assets.load(\"{file}\"),

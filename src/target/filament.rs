@@ -23,8 +23,8 @@ pub(super) static TARGET: Target = Target {
     environment: Some(EnvironmentPreset {
         mips: Mips::DownTo(16),
         law: RoughnessLaw::Quadratic,
-        // cmgen mirrors by default; the engine undoes it.
-        file_axes: "-x,y,z",
+        // The middle of the panorama lies along +Z, what is right of it along -X: as cmgen places it, unless asked not to mirror.
+        file_axes: "z,y,-x",
         extension: "ktx",
         encoding: "b10g11r11",
         suffix: "_ibl",

@@ -1,7 +1,7 @@
 //! PlayCanvas: one picture, the environment atlas, holds every level; the split-sum factor is a formula of the engine.
 
 use super::{EnvironmentPreset, Mips, Target};
-use crate::bake::RoughnessLaw;
+use crate::bake::{RoughnessLaw, atlas};
 
 pub(super) static TARGET: Target = Target {
     name: "playcanvas",
@@ -12,13 +12,17 @@ pub(super) static TARGET: Target = Target {
     source: "PlayCanvas: scene/graphics/env-lighting.js, reprojectTexture, chunks lit/frag/envAtlas.js",
     tables: &[],
     environment: Some(EnvironmentPreset {
-        shape: "equirect",
-        size: 256,
-        mips: Mips::Exactly(7),
+        shape: atlas::NAME,
+        size: atlas::SIDE,
+        mips: Mips::AtMost(7),
         law: RoughnessLaw::Playcanvas,
-        extension: "ktx2",
+        extension: "png",
+        encoding: "rgbp8",
         suffix: "_atlas",
-        snippet: "",
+        snippet: "const atlas = new pc.Asset('atlas', 'texture', { url: '{file}' }, { type: pc.TEXTURETYPE_RGBP, mipmaps: false });
+app.assets.add(atlas);
+atlas.ready(() => { app.scene.envAtlas = atlas.resource; });
+app.assets.load(atlas);",
         ..EnvironmentPreset::CUBE
     }),
 };

@@ -23,11 +23,15 @@ pub(super) static TARGET: Target = Target {
         mips: Mips::DownTo(8),
         law: RoughnessLaw::Quadratic,
         file_axes: "-x,y,z",
-        snippet: "const ktx2 = new KTX2Loader().setTranscoderPath('basis/').detectSupport(renderer);
-const environment = await ktx2.loadAsync('{file}');
-environment.isPMREMTexture = true; // already filtered
-scene.environment = environment;
-scene.background = environment;",
+        snippet: "const flat = await new KTX2Loader().detectSupport(renderer).loadAsync('{file}');
+const face = i => ({ width: flat.image.width, height: flat.image.height, mipmaps: flat.mipmaps.map(({ data, width, height }) =>
+  ({ data: data.subarray(i * data.length / 6, (i + 1) * data.length / 6), width, height })) }); // the loader leaves cubes flat
+const cube = new THREE.CompressedCubeTexture([0, 1, 2, 3, 4, 5].map(face), flat.format, flat.type);
+cube.minFilter = THREE.LinearMipmapLinearFilter;
+cube.magFilter = THREE.LinearFilter;
+cube.isPMREMTexture = true; // filtered already
+cube.needsUpdate = true;
+scene.environment = scene.background = cube;",
         ..EnvironmentPreset::CUBE
     }),
 };

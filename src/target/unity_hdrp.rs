@@ -26,7 +26,7 @@ float diffuseFGD = fgd.z + 0.5;",
         ..TablePreset::SPLIT_SUM
     }],
     environment: Some(EnvironmentPreset {
-        mips: Mips::Exactly(7),
+        mips: Mips::AtMost(7),
         law: RoughnessLaw::Unity,
         extension: "dds",
         snippet: "float lod = perceptualRoughness * (1.7 - 0.7 * perceptualRoughness) * 6; // PerceptualRoughnessToMipmapLevel

@@ -126,7 +126,7 @@ pub fn check(
     let steps = steps.into();
     let mut failures = vec![];
     let (levels, mut obeyed) = laws(job, texture, &steps, &mut failures);
-    let mean = mean(texture, job.projection, 0);
+    let mean = mean(job, texture, 0);
     if !failures.is_empty() || job.projection != Projection::Cube || job.filtered().start == 0 {
         return Ok(CubeReport {
             mips: vec![],
@@ -165,7 +165,7 @@ pub fn check(
             })
             .collect();
         let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-        let step = 2.0 * steps.relative();
+        let step = 2.0 * steps.relative_rms();
         let report = MipReport {
             mip,
             alpha,
@@ -218,22 +218,25 @@ pub fn check_with_source<'a>(
     };
     let steps = steps.into();
     let step = steps.relative();
-    let (rms_bound, worst_bound) = (job.quality.rms_bound + step, job.quality.worst_bound + step);
+    let noise = steps.relative_rms();
+    let (rms_bound, worst_bound) = (job.quality.rms_bound + noise, job.quality.worst_bound + step);
     let mut failures = vec![];
     let (levels, mut obeyed) = laws(job, texture, &steps, &mut failures);
-    let mean = mean(texture, job.projection, 0);
+    let mean = mean(job, texture, 0);
     let source = source.into();
     let expected = source.picture.mean();
     let before = failures.len();
-    for c in (0..3).filter(|_| job.filtered().start > 0) {
+    // Clamped texels lack radiance; that they do is stated.
+    let keeps_mean = job.filtered().start > 0 && job.clamped_to == f64::INFINITY;
+    for c in (0..3).filter(|_| keeps_mean) {
         let off = relative(mean[c], expected[c]);
         // All texels of a constant channel may be rounded alike.
-        if off.is_nan() || off > MEAN_BOUND + step {
+        if off.is_nan() || off > MEAN_BOUND + noise {
             let name = &texture.channels[c];
             failures.push(format!("the mean of mip 0, channel {name}, is {} instead of {}", mean[c], expected[c]));
         }
     }
-    if job.filtered().start > 0 {
+    if keeps_mean {
         obeyed.push(Law::new("mip 0 has the mean radiance of the source", &failures[before..]));
     }
     let report = |e: environment::MipError, bound: f64| MipReport {
@@ -278,7 +281,8 @@ pub fn check_with_source<'a>(
     }
     obeyed.push(Law::new("every mip is the convolution of the source, within its bound", &failures[before..]));
     let mips = found.into_iter().map(|e| report(e, rms_bound)).collect();
-    let own = environment::check(job, &source, texture, environment::Extent::SPOT, on)?;
+    let after_baking = environment::Extent::after_baking(job.quality);
+    let own = environment::check(job, &source, texture, after_baking, on)?;
     let certified_rms = own.iter().map(|e| e.rms).reduce(worse);
     let certified_worst = own.iter().map(|e| e.max).reduce(worse);
     Ok(CubeReport {
@@ -310,16 +314,18 @@ fn laws(
     if !failures.is_empty() {
         return (vec![], obeyed);
     }
-    let rounding = steps.relative();
+    let rounding = steps.relative_rms();
     let levels: Vec<LevelReport> = (0..texture.levels.len())
         .map(|mip| {
-            let mean = mean(texture, job.projection, mip);
+            let mean = mean(job, texture, mip);
             LevelReport {
                 mip,
                 mean,
-                variance: variance(texture, job.projection, mip, mean),
+                variance: variance(job, texture, mip, mean),
                 peak: f64::from(texture.levels[mip].iter().copied().fold(0.0, f32::max)),
-                seams: seams::measure(texture, job.projection, mip).filter(|_| job.filtered().contains(&(mip as u32))),
+                // In a gutter the edges are repeated; there is nothing across them.
+                seams: seams::measure(texture, job.projection, mip)
+                    .filter(|_| job.filtered().contains(&(mip as u32)) && job.gutter == 0),
             }
         })
         .collect();
@@ -363,26 +369,27 @@ fn laws(
 }
 
 /// Mean radiance over the sphere of a level.
-pub fn mean(texture: &Texture, projection: Projection, mip: usize) -> [f64; 3] {
-    over_sphere(texture, projection, mip, |texel| [0, 1, 2].map(|c| f64::from(texel[c])))
+pub fn mean(job: &SpecularJob, texture: &Texture, mip: usize) -> [f64; 3] {
+    over_sphere(job, texture, mip, |texel| [0, 1, 2].map(|c| f64::from(texel[c])))
 }
 
-fn variance(texture: &Texture, projection: Projection, mip: usize, mean: [f64; 3]) -> f64 {
-    let squares = over_sphere(texture, projection, mip, |texel| {
+fn variance(job: &SpecularJob, texture: &Texture, mip: usize, mean: [f64; 3]) -> f64 {
+    let squares = over_sphere(job, texture, mip, |texel| {
         [0, 1, 2].map(|c| ((f64::from(texel[c]) - mean[c]) / mean[c].max(f64::MIN_POSITIVE)).powi(2))
     });
     squares.iter().sum()
 }
 
 /// Means over the sphere, by solid angle.
-fn over_sphere(texture: &Texture, projection: Projection, mip: usize, of: impl Fn(&[f32]) -> [f64; 3]) -> [f64; 3] {
-    let (width, height) = texture.level_size(mip);
+fn over_sphere(job: &SpecularJob, texture: &Texture, mip: usize, of: impl Fn(&[f32]) -> [f64; 3]) -> [f64; 3] {
+    let (width, height) = job.inner_size(mip as u32);
+    let (projection, gutter) = (job.projection, job.gutter);
     let (mut sum, mut total) = ([0.0; 3], 0.0);
     for y in 0..height {
         for x in 0..width {
             let solid_angle_sr = projection.solid_angle_sr(x, y, width, height);
             for face in 0..projection.faces() {
-                let value = of(texture.texel(mip, face, x, y));
+                let value = of(texture.texel(mip, face, gutter + x, gutter + y));
                 sum.iter_mut().zip(value).for_each(|(s, v)| *s += solid_angle_sr * v);
                 total += solid_angle_sr;
             }

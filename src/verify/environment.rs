@@ -80,7 +80,7 @@ pub fn check<'a>(
         let (mut squares, mut max) = (0.0, 0.0f64);
         let (mut gained, mut whole) = (0.0, 0.0);
         for ([face, x, y], exact) in texels.iter().zip(of_mip) {
-            for (k, exact) in exact.iter().enumerate() {
+            for (k, exact) in exact.iter().map(|v| v.min(job.clamped_to)).enumerate() {
                 let got = f64::from(cube.texel(mip as usize, *face, *x, *y)[k]);
                 let error = (got - exact).abs() / exact.max(floor);
                 squares += error * error;
@@ -155,9 +155,10 @@ pub(super) type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Face, column and row of the texels to compare: all where there are few.
 pub(super) fn chosen(job: &SpecularJob, mip: u32, brightest: [f64; 3], extent: Extent) -> Vec<[u32; 3]> {
-    let (width, height) = job.level_size(mip);
+    let (width, height) = job.inner_size(mip);
     let count = job.projection.faces() * width * height;
-    let texel = |i: u32| [i / (width * height), i % width, i / width % height];
+    let gutter = job.gutter;
+    let texel = |i: u32| [i / (width * height), gutter + i % width, gutter + i / width % height];
     if count <= extent.random + extent.bright {
         return (0..count).map(texel).collect();
     }
@@ -177,7 +178,7 @@ pub(super) fn chosen(job: &SpecularJob, mip: u32, brightest: [f64; 3], extent: E
     near.sort_by_key(|(x, y)| x * x + y * y);
     let inside = |v: i64, n: u32| (0..i64::from(n)).contains(&v);
     let near = near.iter().map(|(x, y)| (x0 + x, y0 + y)).filter(|(x, y)| inside(*x, width) && inside(*y, height));
-    texels.extend(near.take(extent.bright as usize).map(|(x, y)| [face, x as u32, y as u32]));
+    texels.extend(near.take(extent.bright as usize).map(|(x, y)| [face, gutter + x as u32, gutter + y as u32]));
     texels
 }
 

@@ -4,8 +4,7 @@
 // with the functions of page.mjs. Warnings and errors of the page's console are failures.
 import { spawn } from "node:child_process";
 import { createServer } from "node:http";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { basename, extname, join, normalize } from "node:path";
 
 const [page, folder, modules, ...more] = process.argv.slice(2);
@@ -20,7 +19,7 @@ const types = { ".mjs": "text/javascript", ".js": "text/javascript", ".json": "a
 const html = `<!doctype html><meta charset="utf-8"><title>${page}</title><body>
 <script type="importmap">{ "imports": {
   "three": "/npm/three/build/three.module.js", "three/addons/": "/npm/three/examples/jsm/",
-  "playcanvas": "/npm/playcanvas/build/playcanvas.mjs", "@babylonjs/core/": "/npm/@babylonjs/core/" } }</script>
+  "playcanvas": "/npm/playcanvas/build/playcanvas.mjs" } }</script>
 <script>
   const post = (path, body) => fetch(path, { method: "POST", body });
   const say = (level, words) => post("/say/" + level, words.map(String).join(" "));
@@ -51,7 +50,11 @@ const server = createServer(async (request, response) => {
     for await (const part of request) parts.push(part);
     const body = Buffer.concat(parts);
     if (root === "done") finish("done");
-    else if (root === "say") said.push(`${rest[0]}: ${body}`);
+    else if (root === "say") {
+      said.push(`${rest[0]}: ${body}`);
+      // What waits for the thing that failed would wait for ever.
+      if (rest[0] === "error") setTimeout(() => finish("ended by an error"), 5000);
+    }
     else if (root === "send") {
       writeFileSync(join(folder, basename(rest.join("/"))), body);
       received += 1;
@@ -70,8 +73,10 @@ const server = createServer(async (request, response) => {
   }
 });
 server.listen(0, "127.0.0.1", () => {
-  const profile = mkdtempSync(join(tmpdir(), "engines-"));
-  const chromium = spawn("chromium", [
+  // Its processes may still write when it has ended: the next run clears up.
+  const profile = join(folder, "chromium");
+  rmSync(profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
+  const chromium = spawn(process.env.CHROMIUM ?? "chromium", [
     "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--disable-dev-shm-usage", `--user-data-dir=${profile}`, `http://127.0.0.1:${server.address().port}/`,
   ], { stdio: ["ignore", "ignore", "pipe"] });
@@ -83,7 +88,6 @@ server.listen(0, "127.0.0.1", () => {
     clearTimeout(timer);
     chromium.removeAllListeners("exit");
     chromium.on("exit", () => {
-      rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
       const name = basename(page, ".mjs");
       said.forEach(line => console.error(`${name}: ${line}`));
       if (how !== "done") console.error(`${name}: ${how}`);

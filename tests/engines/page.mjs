@@ -29,3 +29,14 @@ export const LOOKS = [
   [[1, 0, 0], [0, 1, 0]], [[-1, 0, 0], [0, 1, 0]], [[0, 1, 0], [0, 0, 1]],
   [[0, -1, 0], [0, 0, -1]], [[0, 0, 1], [0, 1, 0]], [[0, 0, -1], [0, 1, 0]],
 ];
+
+// A script that is no module, once it has run.
+export function script(address) {
+  return new Promise((resolve, reject) => {
+    const element = document.createElement("script");
+    element.onload = resolve;
+    element.onerror = () => reject(new Error(`${address} does not load`));
+    element.src = address;
+    document.head.append(element);
+  });
+}

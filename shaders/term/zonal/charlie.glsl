@@ -20,14 +20,14 @@ vec2 over_node(float h, float mu, float f, float v, float alpha) {
     return crosses ? vec2(mean_across, g * f) : g * vec2(mean_above, fma(-0.5 * first, mu, 1.0));
 }
 
-// The room of a node, at the place of the node that is nearest to the ring: 6.6 times its width at the horizon, less
-// towards the axis; 2.2 times, at most 0.12, where an axis's horizon may run through the node.
+// The room of a node, at the place of the node that is nearest to the ring: 3.6 times its width at the horizon, less
+// towards the axis; 1.2 times, at most 0.12, where an axis's horizon may run through the node.
 float room(float away2, float reach, float extent, float alpha) {
     float p = 0.5 / alpha;
     float ring = 1.0 / (p + 1.0);
     float mu = fma(-0.5, away2, 1.0), margin = reach + extent;
     float x = 1.0 - clamp(mu - margin, ring, 1.0 - 1e-4);
     float sine_over = max(sqrt(x / (2.0 - x)), 0.1);
-    float whole = min(6.6 * ring * sine_over * fainter(fma(-p, log(x), -1.0)), 0.3);
-    return abs(mu) <= margin + extent ? min(whole, min(2.2 * ring, 0.12)) : whole;
+    float whole = min(3.6 * ring * sine_over * fainter(fma(-p, log(x), -1.0)), 0.3);
+    return abs(mu) <= margin + extent ? min(whole, min(1.2 * ring, 0.12)) : whole;
 }

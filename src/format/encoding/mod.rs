@@ -72,6 +72,11 @@ impl Repr {
         matches!(self, Repr::Bc4 | Repr::Bc5 | Repr::Bc6h)
     }
 
+    /// Does what a value loses depend on more than itself, or grow without end towards 0, so that files state it?
+    pub fn is_measured(self) -> bool {
+        self.is_blocks() || self.colour_range().is_some() || matches!(self, Repr::Rgbe8 | Repr::Rgb9e5)
+    }
+
     /// Bytes that need a shader's arithmetic before they are values.
     fn colour_range(self) -> Option<Range> {
         match self {
@@ -414,12 +419,12 @@ pub struct Rounding {
 
 impl Rounding {
     /// Compares, level by level, what is stored with what was to be stored.
-    fn between(texture: &Texture, repr: Repr, stored: impl Iterator<Item = Vec<f32>>) -> Rounding {
+    pub(super) fn between(texture: &Texture, repr: Repr, stored: &[Vec<f32>]) -> Rounding {
         let range = repr.range();
         let mut report = Rounding::default();
         for (level, stored) in texture.levels.iter().zip(stored) {
             let (mut squares, mut values2, mut relative2, mut relatives) = (0.0, 0.0, 0.0, 0);
-            for (&value, stored) in level.iter().zip(stored) {
+            for (&value, &stored) in level.iter().zip(stored) {
                 if !range.contains(&value) {
                     report.clamped += 1;
                     continue;
@@ -446,13 +451,18 @@ impl Rounding {
 /// Encodes and decodes every texel, and compares.
 pub fn rounding(texture: &Texture, storage: impl Into<Storage>) -> Result<Rounding> {
     let storage = storage.into();
-    fits(texture.channels.len(), storage.encoding)?;
-    let stored = (0..texture.levels.len()).map(|level| {
-        let pictures = Pictures::of(texture, level);
-        let bytes = encode(&texture.levels[level], texture.channels.len(), pictures, storage);
-        decode(&bytes.expect("the channels fit"), texture.channels.len(), pictures, storage.encoding)
-    });
-    Ok(Rounding::between(texture, storage.encoding.repr, stored))
+    Ok(Rounding::between(texture, storage.encoding.repr, &stored(texture, storage)?))
+}
+
+/// Every level as a reader will find it.
+pub(super) fn stored(texture: &Texture, storage: Storage) -> Result<Vec<Vec<f32>>> {
+    let channels = texture.channels.len();
+    let level = |i: usize| {
+        let pictures = Pictures::of(texture, i);
+        let bytes = encode(&texture.levels[i], channels, pictures, storage)?;
+        Ok(decode(&bytes, channels, pictures, storage.encoding))
+    };
+    (0..texture.levels.len()).map(level).collect()
 }
 
 /// An error when a texel of `encoding` has fewer components than a texture has channels.

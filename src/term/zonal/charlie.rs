@@ -23,7 +23,7 @@ pub static CHARLIE: Zonal = Zonal {
     scale: |alpha| 1.0 / (0.5 / alpha + 1.0),
     peak: Peak::Horizon,
     sharp_horizon: true,
-    brightness: 2.5,
+    brightness: 4.0,
     least_alpha: Some(0.004),
 };
 
@@ -82,9 +82,9 @@ pub fn room(away2: f64, reach: f64, extent: f64, alpha: f64) -> f64 {
 }
 
 /// Room above the horizon over the ring's width.
-const ABOVE: f64 = 6.6;
+const ABOVE: f64 = 3.6;
 /// Room at the horizon over the ring's width.
-const ACROSS: f64 = 2.2;
+const ACROSS: f64 = 1.2;
 /// Room at the horizon of wide lobes.
 const HORIZON: f64 = 0.12;
 

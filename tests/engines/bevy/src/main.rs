@@ -154,8 +154,8 @@ fn set_up(
         files.0.push(handle.clone().untyped());
         handle
     };
-    let specular = load(format!("{}.ktx2", job.environment));
-    let diffuse = load(format!("{}-diffuse.ktx2", job.environment));
+    let specular = load(format!("{}_specular.ktx2", job.environment));
+    let diffuse = load(format!("{}_diffuse.ktx2", job.environment));
 
     let mut target = |width: u32, height: u32| {
         let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba32Float, None);

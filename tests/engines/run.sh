@@ -1,0 +1,47 @@
+#!/bin/sh
+# Draws spheres in real engines with what brdf-baker bakes, and compares them with an f64 reference.
+#
+#   tests/engines/run.sh [ENGINE...]     default: all but bevy, whose first build takes long, and blender, which is large
+#
+# Engines come from their package registries into target/engines; Chromium, node and npm from apt when they are missing
+# (CHROMIUM names another).
+# An engine is a script here: it bakes, draws, and compares. Pictures stay in target/engines; with PICTURES=FOLDER small ones
+# are put there too. SKY=FILE.exr is a panorama of your own (twice as wide as high) instead of the test's sky, BOUND the
+# largest error that is right (0.02): what engines lose between two mips grows with the contrast.
+set -eu
+cd "$(dirname "$0")/../.."
+export ENGINES="$PWD/tests/engines" WORK="$PWD/target/engines" BAKER="$PWD/target/release/brdf-baker"
+export SPHERES="$PWD/target/release/examples/spheres"
+mkdir -p "$WORK"
+
+need() { # package, then a command that works when it is there
+    package=$1
+    shift
+    if ! "$@" >/dev/null 2>&1; then
+        echo "engines: installing $package"
+        if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
+        $sudo apt-get update -q && $sudo apt-get install -qy "$package"
+        "$@" >/dev/null || { echo "engines: $package is still missing" >&2; exit 1; }
+    fi
+}
+need nodejs node --version
+need npm npm --version
+need chromium "${CHROMIUM:-chromium}" --version
+
+if ! cmp -s "$ENGINES/package.json" "$WORK/package.json" || [ ! -d "$WORK/node_modules" ]; then
+    cp "$ENGINES/package.json" "$WORK/"
+    (cd "$WORK" && npm install --silent --no-audit --no-fund)
+fi
+cargo build --quiet --release --bin brdf-baker --example spheres
+"$SPHERES" prepare "$WORK"
+[ -z "${SKY:-}" ] || cp "$SKY" "$WORK/sky.exr"
+export BOUND="${BOUND:-0.02}"
+
+[ $# -gt 0 ] || set -- three babylon filament playcanvas
+failed=
+for engine; do
+    start=$(date +%s)
+    if sh "$ENGINES/$engine.sh"; then verdict=right; else verdict=WRONG && failed="$failed $engine"; fi
+    echo "engines: $engine: $verdict, $(($(date +%s) - start)) s"
+done
+[ -z "$failed" ] || { echo "engines: wrong:$failed" >&2; exit 1; }
