@@ -177,7 +177,7 @@ fn the_guide_has_every_command_and_the_code_that_info_prints() {
     let has = |text: &str, target: &str| assert!(guide.contains(text), "{target}: docs/engines.md lacks\n{text}");
     for target in TARGETS {
         for preset in target.tables {
-            let command = |table| format!("brdf-baker bake {table} --for {}", target.name);
+            let command = |table: &str| format!("brdf-baker bake {table} --for {}", target.name);
             assert!(
                 [preset.table, preset.stem].iter().any(|table| guide.contains(&command(table))),
                 "docs/engines.md lacks '{}'",
