@@ -34,15 +34,13 @@ static CHANNELS: [Channel; 3] = [
     channel("total", "reflected + transmitted"),
 ];
 
-static LOST: Channel = channel("not-reflected", "1 - reflected");
-
 static FACTS: Facts = Facts {
     name: "glass",
     about: "rough dielectric interface: reflected, transmitted and their sum, from outside (--ior above 1) or inside (below 1)",
     source: "Walter, Marschner, Li, Torrance 2007, Microfacet Models for Refraction through Rough Surfaces",
     usage: "energy that single scattering loses = 1 - total; both lobes divided by total keep all",
     channels: |_| &CHANNELS,
-    complement: Some(&LOST),
+    complement: None,
     default_channels: |_| &["reflected", "transmitted"],
     fresnel: WINDOW,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
