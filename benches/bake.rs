@@ -50,6 +50,12 @@ fn main() {
     add("albedo 512", &["bake", "albedo", "-o", "a.ktx2", "--size", "512"]);
     add("average-albedo 256", &["bake", "average-albedo", "-o", "a.ktx2"]);
 
+    add("glass 256", &["bake", "glass", "-o", "a.ktx2"]);
+    add("glass 256, inside", &["bake", "glass", "-o", "a.ktx2", "--ior", "0.6667"]);
+    for name in ["ggx_glass_E", "ggx_glass_Eavg", "ggx_glass_inv_E", "ggx_glass_inv_Eavg"] {
+        add(&format!("{name}, blender"), &["bake", name, "--for", "blender", "-o", "a.h"]);
+    }
+
     // Two environments: a small one, as photographs are shared for tests, and a usual one.
     for (name, height) in [("512", 256), ("2048", 1024)] {
         environment(&folder.path().join(format!("{name}.exr")), height);

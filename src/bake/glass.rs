@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
 use crate::rule::transmit;
-use crate::term::fresnel::{Fresnel, Optics, dielectric};
+use crate::term::fresnel::{Fresnel, IOR_RANGE, Optics, dielectric};
 use crate::verify::{refraction, truth};
 
 /// The table.
@@ -34,15 +34,13 @@ static CHANNELS: [Channel; 3] = [
     channel("total", "reflected + transmitted"),
 ];
 
-static LOST: Channel = channel("not-reflected", "1 - reflected");
-
 static FACTS: Facts = Facts {
     name: "glass",
     about: "rough dielectric interface: reflected, transmitted and their sum, from outside (--ior above 1) or inside (below 1)",
     source: "Walter, Marschner, Li, Torrance 2007, Microfacet Models for Refraction through Rough Surfaces",
     usage: "energy that single scattering loses = 1 - total; both lobes divided by total keep all",
     channels: |_| &CHANNELS,
-    complement: Some(&LOST),
+    complement: None,
     default_channels: |_| &["reflected", "transmitted"],
     fresnel: WINDOW,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
@@ -114,6 +112,9 @@ pub(super) fn on_grid(grid: Grid<'_>, model: &Model, backend: &Backend, on: &mut
     if is_nothing(model) {
         return Ok(channels(0.0, 1.0).map(|v| v as f32).repeat(grid.n_dot_v.len() * grid.roughness.len()));
     }
+    // The cone through which light leaves a medium of a far larger index is narrower than single floats resolve.
+    let [least, most] = IOR_RANGE;
+    let backend = if (least..=most).contains(&model.fresnel.optics.eta[0]) { backend } else { &Backend::Cpu };
     let mut texels = grid.run(backend, model, on)?;
     let transmitted = grid.transmitted(backend, model, on)?;
     for (texel, transmitted) in

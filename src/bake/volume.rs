@@ -9,7 +9,7 @@ use super::{Backend, TableJob, TableRequest};
 use crate::axis::Points;
 use crate::error::{Error, Result};
 use crate::progress::{OnProgress, Progress};
-use crate::term::fresnel::Fresnel;
+use crate::term::fresnel::{Fresnel, IOR_RANGE};
 use crate::texture::{Shape, Texture};
 use crate::verify::table::{Extent, TableReport, check};
 
@@ -38,8 +38,6 @@ const MOST_OF_F0: f64 = 0.99;
 const MOST_OF_OPENPBR: f64 = 2.5;
 /// What an axis evenly along the index begins with.
 const LINEAR: &str = "ior=";
-/// Indices that an axis may reach.
-const RANGE: [f64; 2] = [0.2, 5.0];
 
 impl IorMap {
     /// The map that the name of an axis means; `None` for the name of another axis.
@@ -49,13 +47,14 @@ impl IorMap {
         }
         let ends = name.strip_prefix(LINEAR)?;
         let bad = || {
-            let [least, most] = RANGE;
+            let [least, most] = IOR_RANGE;
             Error::usage(
                 format!("'{name}' is no axis of refractive indices"),
                 format!("write ior=FROM/TO with two indices from {least} to {most}, both at least 1 or both at most 1"),
             )
         };
-        let numbers = ends.split('/').map(|n| n.parse::<f64>().ok().filter(|n| (RANGE[0]..=RANGE[1]).contains(n)));
+        let numbers =
+            ends.split('/').map(|n| n.parse::<f64>().ok().filter(|n| (IOR_RANGE[0]..=IOR_RANGE[1]).contains(n)));
         let numbers: Option<Vec<f64>> = numbers.collect();
         Some(match numbers.as_deref() {
             Some([from, to]) if from != to && (from - 1.0) * (to - 1.0) >= 0.0 => Ok(IorMap::Linear([*from, *to])),
