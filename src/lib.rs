@@ -47,7 +47,6 @@ pub mod gpu;
 pub mod material;
 pub mod ndf;
 pub mod plot;
-pub mod preview;
 pub mod progress;
 pub mod quadrature;
 pub mod report;

@@ -4,6 +4,7 @@ mod averages;
 pub mod certificate;
 pub mod cube;
 pub mod cube_truth;
+pub mod engine;
 pub mod environment;
 pub mod identify;
 pub mod law;

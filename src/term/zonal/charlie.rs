@@ -35,7 +35,7 @@ fn value(h: f64, alpha: f64) -> f64 {
 
 /// Mean over a node and slope. Above the horizon g′ = p g/h, g″ = p (p − 1) g/h² in the formulas of [`super`], and in the
 /// mean the fourth order too, as K is a high power: a node's energy is taken for as flat as a rectangle's, whose fourth
-/// moment is [`FLATNESS`] times its squared variance.
+/// moment is `FLATNESS` times its squared variance.
 ///
 /// A node that the horizon runs through (f < 1) counts as even in μ up to μ₁ = 2 μ̄/f, over a length of 2 μ̄/f²: there
 /// g = (1 − μ)^p falls by much, and the integrals are closed,
@@ -66,8 +66,8 @@ pub fn over_node(h: f64, mu: f64, f: f64, v: f64, alpha: f64) -> [f64; 2] {
 /// Between that of a side of a rectangle, 1.8, and of a diagonal, 2.4.
 const FLATNESS: f64 = 2.1;
 
-/// The room of a node ([`super`]), at the place of the node that is nearest to the ring: [`ABOVE`] times the ring's width at
-/// the horizon, less towards the axis, where (1 − μ)^p changes over (1 − μ)/(p sin θ); and only [`ACROSS`] times its width,
+/// The room of a node ([`super`]), at the place of the node that is nearest to the ring: `ABOVE` times the ring's width at
+/// the horizon, less towards the axis, where (1 − μ)^p changes over (1 − μ)/(p sin θ); and only `ACROSS` times its width,
 /// at most 0.12, where an axis's horizon may run through the node. Thin rings are followed to the fourth order and in
 /// closed form across the kink, so that nodes may be wider than they are; wide ones are bound by the lights in a node.
 pub fn room(away2: f64, reach: f64, extent: f64, alpha: f64) -> f64 {
