@@ -24,6 +24,8 @@ float evaluate(float x[8]) {
     case 11u: return kinks(x[0], x[1], x[2], x[3]).x;
     case 12u: return kinks(x[0], x[1], x[2], x[3]).y;
 #endif
+    // Away from 0, for errors relative to the value.
+    case 13u: return 2.0 + locate(vec3(x[0], x[1], x[2]))[int(x[3])];
     case 40u: return room(x[0], x[1], x[2], x[3]);
     // The push block as the device sees it.
     default: return float(push.function) + float(push.count) + float(push.echo);

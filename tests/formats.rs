@@ -238,7 +238,7 @@ fn written_is_read_back_bit_by_bit() {
     let all = combinations();
     // Channels of every encoding, tables and others.
     let (ktx2, exr, hdr, png) = (6 * 52 + 6 * 32, 12 * 14, 9 * 3, 6 * 25 + 3 * 9);
-    let (dds, ktx1, env, npy, text) = (6 * 43 + 3 * 23, 6 * 33 + 6 * 23, 2 * 3, 12 * 14, 7 * 9 * 14);
+    let (dds, ktx1, env, npy, text) = (6 * 43 + 3 * 23, 6 * 33 + 6 * 23, 2 * 3, 12 * 14, 9 * 14 + 6 * 9 * 24);
     assert_eq!(all.len(), ktx2 + exr + hdr + png + dds + ktx1 + env + npy + text, "a combination is missing");
     for (format, written, encoding) in all {
         let what =
@@ -836,7 +836,7 @@ fn ktx2_that_is_not_ours_to_read_is_named() {
         parse(named("ktx2").unwrap(), &bytes).unwrap_err().to_string()
     };
     assert_eq!(error(12, 131), "cannot use 'lut.ktx2': its texels have VkFormat 131");
-    assert_eq!(error(32, 3), "cannot use 'lut.ktx2': it is neither a plain 2-D texture nor a plain cube");
+    assert_eq!(error(32, 3), "cannot use 'lut.ktx2': it is neither a plain 2-D or 3-D texture nor a plain cube");
     assert_eq!(error(44, 1), "cannot use 'lut.ktx2': its levels are compressed by BasisLZ");
     assert!(error(44, 2).starts_with("cannot use 'lut.ktx2': its level 0 is not sound Zstandard data"));
     assert!(error(0, 0).starts_with("cannot use 'lut.ktx2': it is not a sound KTX2 file"));

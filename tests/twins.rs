@@ -129,6 +129,19 @@ const TERMS: &[Term] = &[
         worst: 0.0,
     },
     Term {
+        name: "locate",
+        function: 13,
+        input: |r| {
+            let d = [0; 3].map(|_| 2.0 * r.next() - 1.0);
+            [d[0], d[1], d[2], (3.0 * r.next()).floor(), 0.0, 0.0, 0.0, 0.0].map(|v| v as f32)
+        },
+        twin: |x| {
+            let (face, s, t) = cube::locate([x[0], x[1], x[2]]);
+            2.0 + [f64::from(face), s, t][x[3] as usize]
+        },
+        worst: 4e-7,
+    },
+    Term {
         name: "over_node",
         function: 8,
         input: node,
