@@ -87,7 +87,7 @@ pub const FINE: u32 = 4;
 const CUT_BRIGHTNESS: f64 = 2.0;
 
 /// A node whose channels lie apart by its half diagonal counts as larger by 1 and this.
-const COLOUR: f64 = 40.0;
+const COLOUR: f64 = 20.0;
 
 /// Nodes of a subtree: more do not get a common root.
 pub const MAX_NODES: u32 = 1 << 22;
