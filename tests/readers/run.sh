@@ -46,4 +46,5 @@ rm -rf "$work/inputs"
 cargo run --quiet --release --example read_inputs -- "$work/inputs"
 
 rm -rf "$work/targets"
+cargo build --quiet --release --bin brdf-baker
 "$work/venv/bin/python" "$readers/targets.py" "$PWD/target/release/brdf-baker" "$work/targets" "$work"
