@@ -316,7 +316,7 @@ def run(entry, command, **options):
 def programs(entry, file, work):
     """Commands; the last prints the array, and then, where there is a function, values in the middle of every texel."""
     name, small = file.stem.upper(), file.stem.lower()
-    sample = "16f" not in entry["encoding"]
+    sample = "16" not in entry["encoding"]
     w, h, n = f"{name}_WIDTH", f"{name}_HEIGHT", f"{name}_CHANNELS"
     if file.suffix in (".c", ".h"):
         element = "float" if sample else "uint16_t"
@@ -369,7 +369,7 @@ def read_source(entry):
     compare_text(entry, "source", {key: json.loads(value) for key, value in pairs}.get)
     stated = entry["levels"][0]
     count = stated["width"] * stated["height"] * len(entry["channels"])
-    is_half = "16f" in entry["encoding"]
+    is_words = "16" in entry["encoding"]
     if file.suffix == ".py":
         module = runpy.run_path(str(file))
         array, sample = module[file.stem.upper()], module.get(f"{file.stem}_sample")
@@ -382,13 +382,15 @@ def read_source(entry):
             for command in programs(entry, file, pathlib.Path(work)):
                 text = run(entry, command)
         numbers = [float(v) for v in text.split()]
-    if len(numbers) != count * (1 if is_half else 2):
+    if len(numbers) != count * (1 if is_words else 2):
         fail(entry, "source", f"has {len(numbers)} numbers")
     shape = (stated["height"], stated["width"], -1)
     reader = f"source {file.suffix}"
-    if is_half:
-        pixels = numpy.array(numbers, numpy.uint16).view(numpy.float16)
-        compare(entry, reader, 0, pixels.reshape(shape))
+    if is_words:
+        words = numpy.array(numbers, numpy.uint16)
+        is_half = "16f" in entry["encoding"]
+        pixels = words.view(numpy.float16) if is_half else words.astype(numpy.float64) / 65535
+        compare(entry, reader, 0, pixels.reshape(shape), 0.0 if is_half else 1e-7)
     else:
         compare(entry, reader, 0, numpy.array(numbers[:count], numpy.float32).reshape(shape))
         compare(entry, f"{reader} function", 0, numpy.array(numbers[count:]).reshape(shape), 2e-5)
