@@ -25,14 +25,14 @@ pub struct Companion {
 /// How it is computed.
 #[derive(Clone, Copy)]
 enum Kind {
-    /// The directional albedo of another microfacet model, times a factor.
-    Albedo { ndf: &'static str, visibility: &'static str, factor: f64 },
+    /// The directional albedo of another microfacet model.
+    Albedo { ndf: &'static str, visibility: &'static str },
     /// Burley's diffuse term as Unity normalises it.
     DisneyDiffuse,
 }
 
 /// Cloth: directional albedo of Charlie with Neubelt's term, as in Filament's third DFG channel.
-const CLOTH: Kind = Kind::Albedo { ndf: "charlie", visibility: "neubelt", factor: 1.0 };
+const CLOTH: Kind = Kind::Albedo { ndf: "charlie", visibility: "neubelt" };
 
 /// Every companion, in the order of their documentation.
 pub static COMPANIONS: &[Companion] = &[
@@ -58,30 +58,30 @@ pub static COMPANIONS: &[Companion] = &[
 
 impl Companion {
     /// The microfacet model behind it, if there is one.
-    fn model(&self) -> Option<(Model, f64)> {
-        let Kind::Albedo { ndf, visibility, factor } = self.kind else { return None };
+    fn model(&self) -> Option<Model> {
+        let Kind::Albedo { ndf, visibility } = self.kind else { return None };
         let model = Model::parse(ndf, visibility).expect("companions name models of the registries");
-        Some((model.with(Fresnel::ONE), factor))
+        Some(model.with(Fresnel::ONE))
     }
 
     /// Least and greatest value in a table whose roughness is at least `roughness`. Cloth makes light at grazing angles,
     /// about 0.07/roughness times what comes.
     pub fn range(&self, roughness: f64) -> [f32; 2] {
         match self.kind {
-            Kind::Albedo { factor, .. } => [0.0, (factor * (0.25 / roughness).max(1.0)) as f32],
+            Kind::Albedo { .. } => [0.0, (0.25 / roughness).max(1.0) as f32],
             Kind::DisneyDiffuse => self.channel.range,
         }
     }
 
     /// Refuses a limit that does not exist, see [`Model::check_limits`].
     pub fn check_limits(&self, at_grazing: bool, at_mirror: bool) -> Result<()> {
-        self.model().map_or(Ok(()), |(model, _)| model.check_limits(at_grazing, at_mirror))
+        self.model().map_or(Ok(()), |model| model.check_limits(at_grazing, at_mirror))
     }
 
     /// The deterministic rule in f64.
     pub fn rule(&self, at: At) -> f64 {
         match self.model() {
-            Some((model, factor)) => factor * model.rule(at)[0],
+            Some(model) => model.rule(at)[0],
             None => disney_diffuse(at),
         }
     }
@@ -89,7 +89,7 @@ impl Companion {
     /// The rule and its nodes, in words.
     pub fn rule_name(&self) -> String {
         match self.model() {
-            Some((model, _)) => model.rule_name(),
+            Some(model) => model.rule_name(),
             None => format!("Gauss-Legendre, {DIFFUSE_NODES} nodes, which is exact"),
         }
     }
@@ -97,9 +97,9 @@ impl Companion {
     /// Independent adaptive integration, to about `tolerance`.
     pub fn truth(&self, at: At, tolerance: f64) -> Estimate<1> {
         match self.model() {
-            Some((model, factor)) => {
+            Some(model) => {
                 let found = truth::albedo(&model, at.n_dot_v, at.roughness, tolerance);
-                Estimate { value: [factor * found.value[0]], error: factor * found.error }
+                Estimate { value: [found.value[0]], error: found.error }
             }
             None => disney_diffuse_truth(at, tolerance),
         }
@@ -109,7 +109,7 @@ impl Companion {
     pub fn tolerance(&self) -> Tolerance {
         let why = "src/bake/companion.rs: exact in f64, then rounded to f32";
         let rounding = Tolerance { worst: 2e-7, median: 5e-8, near_zero: 2e-7, why };
-        self.model().map_or(rounding, |(model, _)| model.tolerance(&rounding))
+        self.model().map_or(rounding, |model| model.tolerance(&rounding))
     }
 
     /// Its value for every roughness (rows) and every n·v (columns).
@@ -120,7 +120,7 @@ impl Companion {
         backend: &Backend,
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<f32>> {
-        let Some((model, factor)) = self.model() else {
+        let Some(model) = self.model() else {
             // A polynomial of 8 terms: no work for a device.
             let row = |roughness: &f64| {
                 let roughness = *roughness;
@@ -130,7 +130,7 @@ impl Companion {
         };
         let grid = Grid { stage: self.channel.name, n_dot_v, roughness, first_slice: None };
         let texels = grid.run(backend, &model, on)?;
-        Ok(texels.iter().step_by(WEIGHTS).map(|v| (f64::from(*v) * factor) as f32).collect())
+        Ok(texels.iter().step_by(WEIGHTS).copied().collect())
     }
 }
 

@@ -128,7 +128,13 @@ impl Wanted {
     }
 
     /// Bakes, and refuses to go on with a result that its own check finds wrong.
-    fn bake(&self, source: &Source<'_>, backend: &Backend, console: &mut Console) -> Result<Baked> {
+    fn bake(
+        &self,
+        source: &Source<'_>,
+        irradiance: &harmonics::Irradiance,
+        backend: &Backend,
+        console: &mut Console,
+    ) -> Result<Baked> {
         let environment = &source.imported.environment;
         let on = &mut |p: Progress<'_>| console.progress(p);
         let spot = environment::Extent::after_baking(self.job.quality);
@@ -162,7 +168,7 @@ impl Wanted {
         if texture.levels.iter().flatten().any(|v| *v > most) {
             texture.meta.set(CLAMPED, most);
         }
-        harmonics::state(&harmonics::irradiance(environment), &mut texture.meta);
+        harmonics::state(irradiance, &mut texture.meta);
         format::certify(&mut texture, self.storage)?;
         Ok(Baked { texture, rms, worst, texels })
     }
@@ -295,10 +301,9 @@ impl EnvArgs {
         let mut irradiance = self.irradiance;
         let mut irradiance_size = self.irradiance_size;
         if let Some(path) = path {
-            for beside in preset.map_or(&[][..], |p| p.beside) {
-                let file = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-                let path =
-                    path.with_file_name(target::beside_name(&file, preset.expect("it has files beside"), beside));
+            let file = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+            for (preset, beside) in preset.iter().flat_map(|p| p.beside.iter().map(move |beside| (*p, beside))) {
+                let path = path.with_file_name(target::beside_name(&file, preset, beside));
                 match beside.content {
                     target::Content::Diffuse => {
                         irradiance = irradiance.or(Some(path));
@@ -332,7 +337,9 @@ impl EnvArgs {
         let coefficients = harmonics.as_ref().map(|_| sh::project(&imported.environment, self.sh_order));
         if !wanted.is_empty() {
             let backend = Backend::open(&global.device, global.validate)?;
-            let baked: Vec<Baked> = wanted.iter().map(|w| w.bake(&source, &backend, console)).collect::<Result<_>>()?;
+            let irradiance = harmonics::irradiance(&imported.environment);
+            let bake = |wanted: &Wanted| wanted.bake(&source, &irradiance, &backend, console);
+            let baked: Vec<Baked> = wanted.iter().map(bake).collect::<Result<_>>()?;
             backend.check_messages()?;
             for (wanted, baked) in wanted.into_iter().zip(&baked) {
                 wanted.write(baked, &source, start, &backend, console)?;
