@@ -14,6 +14,9 @@ pub struct Buffer {
     memory: vk::DeviceMemory,
     /// Start of the mapped memory; `None` when the memory is not visible to the host.
     mapped: Option<Mapped>,
+    /// The host reads this memory through its caches. A card's own memory, mapped over the bus, is written fast and
+    /// read a hundred times slower than it is copied.
+    cached: bool,
     size_bytes: u64,
     name: String,
     device: Arc<Device>,
@@ -31,6 +34,10 @@ unsafe impl Sync for Mapped {}
 const HOST: vk::MemoryPropertyFlags = vk::MemoryPropertyFlags::from_raw(
     vk::MemoryPropertyFlags::HOST_VISIBLE.as_raw() | vk::MemoryPropertyFlags::HOST_COHERENT.as_raw(),
 );
+
+/// Host memory to copy into and read from.
+const CACHED: vk::MemoryPropertyFlags =
+    vk::MemoryPropertyFlags::from_raw(HOST.as_raw() | vk::MemoryPropertyFlags::HOST_CACHED.as_raw());
 
 impl Buffer {
     /// Device memory, mapped as well where the device has such a kind.
@@ -58,23 +65,23 @@ impl Buffer {
             let raw = d.create_buffer(&info, None).map_err(failed)?;
             let needs = d.get_buffer_memory_requirements(raw);
             let made = (|| {
-                let (kind, flags) = memory_type(device, needs.memory_type_bits, wishes)
+                let (kind, wish, cached) = memory_type(device, needs.memory_type_bits, wishes)
                     .ok_or(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)?;
                 let allocate = vk::MemoryAllocateInfo::default().allocation_size(needs.size).memory_type_index(kind);
                 let memory = d.allocate_memory(&allocate, None)?;
                 let rest = d.bind_buffer_memory(raw, memory, 0).and_then(|()| {
-                    if !flags.contains(HOST) {
+                    if !wish.contains(HOST) {
                         return Ok(None);
                     }
                     let start = d.map_memory(memory, 0, vk::WHOLE_SIZE, vk::MemoryMapFlags::empty())?;
                     Ok(Some(Mapped(start.cast())))
                 });
-                rest.map(|mapped| (memory, mapped)).inspect_err(|_| d.free_memory(memory, None))
+                rest.map(|mapped| (memory, mapped, cached)).inspect_err(|_| d.free_memory(memory, None))
             })();
             match made {
-                Ok((memory, mapped)) => {
+                Ok((memory, mapped, cached)) => {
                     device.label(raw, name);
-                    Ok(Buffer { raw, memory, mapped, size_bytes, name: name.into(), device: device.clone() })
+                    Ok(Buffer { raw, memory, mapped, cached, size_bytes, name: name.into(), device: device.clone() })
                 }
                 Err(e) => {
                     d.destroy_buffer(raw, None);
@@ -105,20 +112,24 @@ impl Buffer {
 
     pub(super) fn read<T: Pod>(&self) -> Result<Vec<T>> {
         match &self.mapped {
-            Some(start) => {
-                let mut out = vec![T::zeroed(); self.size_bytes as usize / size_of::<T>()];
-                let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut out);
-                // SAFETY: `bytes` is no longer than the buffer, which the mapping covers; the last submission was
-                // waited for and ended with a barrier to the host.
-                unsafe { std::ptr::copy_nonoverlapping(start.0, bytes.as_mut_ptr(), bytes.len()) };
-                Ok(out)
-            }
-            None => {
-                let staging = Buffer::with(&self.device, "staging", self.size_bytes, &[HOST])?;
+            Some(start) if self.cached => Ok(self.copy_out(start)),
+            _ => {
+                let staging = Buffer::with(&self.device, "staging", self.size_bytes, &[CACHED, HOST])?;
                 self.copy(self.raw, staging.raw, self.size_bytes)?;
-                staging.read()
+                let start = staging.mapped.as_ref().expect("host memory is mapped");
+                Ok(staging.copy_out(start))
             }
         }
+    }
+
+    /// What this buffer holds, through its mapping at `start`.
+    fn copy_out<T: Pod>(&self, start: &Mapped) -> Vec<T> {
+        let mut out = vec![T::zeroed(); self.size_bytes as usize / size_of::<T>()];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut out);
+        // SAFETY: `bytes` is no longer than the buffer, which the mapping covers; the last submission was waited for
+        // and ended with a barrier to the host.
+        unsafe { std::ptr::copy_nonoverlapping(start.0, bytes.as_mut_ptr(), bytes.len()) };
+        out
     }
 
     fn copy(&self, from: vk::Buffer, to: vk::Buffer, size_bytes: u64) -> Result<()> {
@@ -140,16 +151,18 @@ impl Drop for Buffer {
     }
 }
 
-/// The first memory type that a wish and `allowed` (a bit per type) have in common.
+/// The first memory type that a wish and `allowed` (a bit per type) have in common, the wish, and whether the host has a
+/// cache over it.
 fn memory_type(
     device: &Device,
     allowed: u32,
     wishes: &[vk::MemoryPropertyFlags],
-) -> Option<(u32, vk::MemoryPropertyFlags)> {
+) -> Option<(u32, vk::MemoryPropertyFlags, bool)> {
     let types = device.memory.memory_types_as_slice();
     wishes.iter().find_map(|wish| {
         let fits = |(i, t): &(usize, &vk::MemoryType)| allowed & (1 << i) != 0 && t.property_flags.contains(*wish);
-        types.iter().enumerate().find(fits).map(|(i, _)| (i as u32, *wish))
+        let (i, found) = types.iter().enumerate().find(fits)?;
+        Some((i as u32, *wish, found.property_flags.contains(vk::MemoryPropertyFlags::HOST_CACHED)))
     })
 }
 
