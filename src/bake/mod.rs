@@ -466,6 +466,7 @@ impl TableJob {
         let weights = stored.weights();
         let across = source.axes[0].warp.coordinate() == Coordinate::NDotV;
         let n = albedo.channels.len();
+        let into_range: Vec<_> = (0..n).map(|c| self.into_range(c)).collect();
         let mut texels = Vec::with_capacity(self.axes[0].len as usize * n);
         for row in 0..self.axes[0].len {
             let mut sums = vec![0.0; n];
@@ -474,7 +475,7 @@ impl TableJob {
                 let texel = albedo.texel(0, 0, x, y);
                 sums.iter_mut().zip(texel).for_each(|(sum, v)| *sum += weight * f64::from(*v));
             }
-            texels.extend(sums.iter().enumerate().map(|(c, sum)| self.within_range(c, *sum as f32)));
+            texels.extend(sums.iter().zip(&into_range).map(|(sum, into_range)| into_range(*sum as f32)));
         }
         let mut meta = self.meta(&Backend::Cpu);
         meta.set("of.sha256", Fingerprint::of_stored(albedo, encoding)?.sha256);
@@ -495,16 +496,18 @@ impl TableJob {
         };
         // Every channel as [roughness][n·v].
         let mut planes = Vec::with_capacity(self.channels.len());
-        for (source, facts) in self.channels.iter().zip(self.channel_facts()) {
-            let plane = match source {
+        for (channel, (source, facts)) in self.channels.iter().zip(self.channel_facts()).enumerate() {
+            let mut plane: Vec<f32> = match source {
                 Source::Table(c) => all.iter().skip(*c).step_by(MAX_CHANNELS).copied().collect(),
                 Source::Complement(_) => all.iter().step_by(MAX_CHANNELS).map(|v| 1.0 - v).collect(),
                 Source::Companion(companion) => companion.bake(&n_dot_v, &roughness, backend, on)?,
             };
-            if let Some(bad) = plane.iter().position(|v: &f32| !v.is_finite()) {
+            if let Some(bad) = plane.iter().position(|v| !v.is_finite()) {
                 let detail = format!("value {bad} of {} of channel {} is {}", plane.len(), facts.name, plane[bad]);
                 return Err(Error::Gpu { op: format!("bake {}", self.table.facts().name), detail });
             }
+            let into_range = self.into_range(channel);
+            plane.iter_mut().for_each(|v| *v = into_range(*v));
             planes.push(plane);
         }
 
@@ -520,7 +523,7 @@ impl TableJob {
                     (None, _) => (0, x),
                 };
                 let texel = row as usize * n_dot_v.len() + column as usize;
-                texels.extend(planes.iter().enumerate().map(|(c, plane)| self.within_range(c, plane[texel])));
+                texels.extend(planes.iter().map(|plane| plane[texel]));
             }
         }
         let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
@@ -556,12 +559,14 @@ impl TableJob {
         }
     }
 
-    /// Moves a value that rounding carried over the end of its channel's range back to it. A value further out than
-    /// the tolerance stays as it is, for the checks to find.
-    fn within_range(&self, channel: usize, value: f32) -> f32 {
-        let [low, high] = self.range(channel);
-        let inside = value.clamp(low, high);
-        if f64::from((value - inside).abs()) <= self.tolerance(channel).worst { inside } else { value }
+    /// What moves a value of a channel that rounding carried over the end of its range back to it. A value further out
+    /// than the tolerance stays as it is, for the checks to find.
+    fn into_range(&self, channel: usize) -> impl Fn(f32) -> f32 {
+        let ([low, high], tolerance) = (self.range(channel), self.tolerance(channel).worst);
+        move |value| {
+            let inside = value.clamp(low, high);
+            if f64::from((value - inside).abs()) <= tolerance { inside } else { value }
+        }
     }
 
     /// What the file says of itself.

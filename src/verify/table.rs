@@ -255,7 +255,8 @@ fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<
 /// Laws over every texel, each with what is wrong: finite, within the channel's range, and scale + bias = albedo ≤ 1.
 fn laws(job: &TableJob, texture: &Texture, stored: Option<Steps>) -> Vec<(String, Option<String>)> {
     let channels: Vec<_> = job.channel_facts().collect();
-    let slack = |v: f64| job.loosest().near_zero * v.abs().max(1.0) + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
+    let near_zero = job.loosest().near_zero;
+    let slack = |v: f64| near_zero * v.abs().max(1.0) + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
     let find = |name: &str| channels.iter().position(|c| c.name == name);
     let (width, height) = job.size();
     let largest = f64::from(job.model.largest());
