@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use brdf_baker::axis::{Points, Warp};
-use brdf_baker::bake::{At, Backend, IorMap, Model, TableJob, TableRequest, VolumeJob, table};
+use brdf_baker::bake::{At, Backend, Model, SliceAxis, TableJob, TableRequest, VolumeJob, table};
 use brdf_baker::format::{self, Encoding, Format};
 use brdf_baker::progress::ignore;
 use brdf_baker::quadrature::gauss_legendre::gauss_legendre;
@@ -452,18 +452,18 @@ fn what_is_no_glass_is_refused() {
 }
 
 /// A small table over n·v, roughness and the index.
-fn volume(map: IorMap, points: Points) -> VolumeJob {
+fn volume(map: SliceAxis, points: Points) -> VolumeJob {
     let request = TableRequest { size: (5, 3), points, ..TableRequest::new("glass") };
     VolumeJob::new(&request, map, 4).unwrap()
 }
 
 #[test]
 fn slices_of_a_volume_are_the_tables_of_their_indices() {
-    let job = volume(IorMap::Linear([1.2, 1.8]), Points::Edges);
+    let job = volume(SliceAxis::Ior([1.2, 1.8]), Points::Edges);
     let texture = job.run(&Backend::Cpu, &mut ignore).unwrap();
     assert_eq!((texture.shape, texture.width, texture.height), (Shape::Volume { depth: 4 }, 5, 3));
     for (z, ior) in [1.2, 1.4, 1.6, 1.8].into_iter().enumerate() {
-        assert!((job.iors()[z] - ior).abs() < 1e-12);
+        assert!((job.values()[z] - ior).abs() < 1e-12);
         for y in 0..3 {
             for x in 0..5 {
                 let at = At { n_dot_v: f64::from(x) / 4.0, roughness: f64::from(y) / 2.0 };
@@ -474,7 +474,7 @@ fn slices_of_a_volume_are_the_tables_of_their_indices() {
         }
     }
     // No interface at all.
-    let nothing = volume(IorMap::FromF0, Points::Edges).run(&Backend::Cpu, &mut ignore).unwrap();
+    let nothing = volume(SliceAxis::FromF0, Points::Edges).run(&Backend::Cpu, &mut ignore).unwrap();
     assert!(nothing.levels[0][..30].as_chunks().0.iter().all(|texel| *texel == [0.0, 1.0]));
 }
 
@@ -482,10 +482,10 @@ fn slices_of_a_volume_are_the_tables_of_their_indices() {
 fn glass_of_extreme_indices_is_within_its_bounds_of_the_truth() {
     // The ends of Cycles' axis: z = 1/15, and z = 0.99.
     let (request, table) = (TableRequest { size: (2, 2), ..TableRequest::new("glass") }, table("glass").unwrap());
-    for map in [IorMap::FromF0, IorMap::InverseFromF0] {
+    for map in [SliceAxis::FromF0, SliceAxis::InverseFromF0] {
         let job = VolumeJob::new(&TableRequest { points: Points::Edges, ..request.clone() }, map, 16).unwrap();
         for z in [1, 15] {
-            let (model, ior) = (job.slices()[z].model, job.iors()[z]);
+            let (model, ior) = (job.slices()[z].model, job.values()[z]);
             let list: Vec<At> = [0.002, 0.1, 0.35, 0.8, 1.0]
                 .into_iter()
                 .flat_map(|n_dot_v| [0.05, 0.3, 0.7, 1.0].map(|roughness| At { n_dot_v, roughness }))
@@ -507,7 +507,7 @@ fn glass_of_extreme_indices_is_within_its_bounds_of_the_truth() {
 
 #[test]
 fn volumes_round_trip_through_every_container_that_holds_them() {
-    let job = volume(IorMap::Openpbr, Points::Centers);
+    let job = volume(SliceAxis::Openpbr, Points::Centers);
     let texture = job.run(&Backend::Cpu, &mut ignore).unwrap();
     let mut held = vec![];
     for format in format::formats() {
@@ -530,7 +530,7 @@ fn volumes_round_trip_through_every_container_that_holds_them() {
                 assert!(texture.meta.iter().all(|(key, value)| found.meta.get(key) == Some(value)), "{what}");
                 assert_eq!(stored_as.repr, encoding.repr, "{what}");
                 let again = VolumeJob::from_meta(&found).unwrap().expect("an axis of indices");
-                assert_eq!(again.iors(), job.iors());
+                assert_eq!(again.values(), job.values());
             }
             // Cut anywhere, it is refused and nothing panics.
             for cut in (0..bytes.len()).step_by(97) {
@@ -625,7 +625,7 @@ fn glass_of_cycles_is_baked_by_its_own_names() {
         channels: Some(vec!["total".into()]),
         ..TableRequest::new("glass-average")
     };
-    let averages = VolumeJob::new(&request, IorMap::FromF0, 16).unwrap().run(&Backend::Cpu, &mut ignore).unwrap();
+    let averages = VolumeJob::new(&request, SliceAxis::FromF0, 16).unwrap().run(&Backend::Cpu, &mut ignore).unwrap();
     assert_eq!((averages.shape, averages.width, averages.height), (Shape::Table, 16, 16));
     compare("ggx_glass_Eavg", &averages.levels[0]);
     fails(here, 2, &["bake", "ggx_glass", "--for", "blender"], &["blender takes no ggx_glass table", "ggx_glass_E"]);

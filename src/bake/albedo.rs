@@ -28,6 +28,7 @@ static FACTS: Facts = Facts {
     default_channels: |fresnel| by_reflectances(fresnel, &["albedo"], &["reflected"], &["red", "green", "blue"]),
     fresnel: Fresnel::ONE,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
+    slices: &[],
     rule: Model::rule_name,
     tolerance: Tolerance {
         worst: 1e-6,
@@ -52,10 +53,11 @@ static CONDUCTOR_CHANNELS: [Channel; 4] = [
     channel("blue", "directional albedo with the exact F of blue"),
 ];
 
-/// What fits a Fresnel term of no reflectance beside F = 1, of one (a dielectric's), or of red, green and blue.
+/// What fits a Fresnel term of no reflectance beside F = 1, of one (a dielectric's, a single weight), or of red, green and
+/// blue.
 pub(super) fn by_reflectances<T>(fresnel: &Fresnel, none: T, one: T, three: T) -> T {
     match fresnel.term.name {
-        "dielectric" | "internal" => one,
+        "dielectric" | "internal" | "power" | "rescaled" => one,
         "conductor" => three,
         _ => none,
     }

@@ -74,6 +74,7 @@ static FACTS: Facts = Facts {
     default_channels: |fresnel| by_reflectances(fresnel, &["average"], &["reflected"], &["red", "green", "blue"]),
     fresnel: Fresnel::ONE,
     axes: &[Coordinate::Roughness],
+    slices: &[],
     rule: |model| format!("{} Gauss-Legendre nodes of sqrt(n_dot_v) x {}", nodes(model).len(), model.rule_name()),
     tolerance: Tolerance {
         worst: 1e-6,

@@ -12,7 +12,8 @@
 
 use super::albedo::channel;
 use super::grid::Grid;
-use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
+use super::slice_axis::Kind;
+use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::{Error, Result};
 use crate::progress::OnProgress;
@@ -26,7 +27,7 @@ pub struct Glass;
 
 /// Crown glass from outside.
 pub(super) const WINDOW: Fresnel =
-    Fresnel { term: &dielectric::DIELECTRIC, optics: Optics { eta: [1.5; 3], k: [0.0; 3] } };
+    Fresnel { term: &dielectric::DIELECTRIC, optics: Optics { eta: [1.5; 3], ..Optics::NONE } };
 
 static CHANNELS: [Channel; 3] = [
     channel("reflected", "share that single scattering reflects"),
@@ -44,6 +45,7 @@ static FACTS: Facts = Facts {
     default_channels: |_| &["reflected", "transmitted"],
     fresnel: WINDOW,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
+    slices: SLICES,
     rule: rule_name,
     tolerance: TOLERANCE,
 };
@@ -55,6 +57,12 @@ pub(super) const TOLERANCE: Tolerance = Tolerance {
     near_zero: 4e-6,
     why: "tests/energy.rs: rule against truth 3e-7, llvmpipe 22.3.6 against the rule 6e-7",
 };
+
+/// Over indices, of either side, 1 for no interface included.
+pub(super) static SLICES: &[(Kind, AtNumber)] = &[(Kind::Ior, |ior, given| match given {
+    None => Ok(Fresnel::interface(ior)),
+    Some(_) => Err(Error::usage("an index beside an axis of indices", "drop --ior, or the axis")),
+})];
 
 /// Both rules in words.
 pub(super) fn rule_name(model: &Model) -> String {

@@ -33,6 +33,7 @@ static FACTS: Facts = Facts {
     default_channels: |_| &["reflected", "transmitted"],
     fresnel: WINDOW,
     axes: &[Coordinate::Roughness],
+    slices: glass::SLICES,
     rule: |model| {
         format!("{} Gauss-Legendre nodes of sqrt(n_dot_v) x ({})", nodes(model).len(), glass::rule_name(model))
     },

@@ -11,6 +11,8 @@ pub mod grid;
 pub mod model;
 pub mod quality;
 pub mod roughness_law;
+mod schlick_weight;
+pub mod slice_axis;
 pub(crate) mod slices;
 pub mod specular;
 mod split_sum;
@@ -20,10 +22,12 @@ pub mod volume;
 pub use backend::Backend;
 pub use model::Model;
 pub use roughness_law::RoughnessLaw;
+pub use slice_axis::SliceAxis;
 pub use stored::Stored;
-pub use volume::{IorMap, VolumeJob};
+pub use volume::VolumeJob;
 
 use self::companion::{COMPANIONS, Companion};
+use self::slice_axis::Kind;
 use crate::axis::{Axis, Coordinate, Points, Warp};
 use crate::error::{Error, Result, nearest};
 use crate::format::{Encoding, Fingerprint, Steps};
@@ -85,6 +89,9 @@ impl Tolerance {
     }
 }
 
+/// The Fresnel term of a slice, from its number and the term that was asked for.
+pub type AtNumber = fn(f64, Option<Fresnel>) -> Result<Fresnel>;
+
 /// What a table is.
 pub struct Facts {
     /// The name used on the command line and in files.
@@ -105,6 +112,8 @@ pub struct Facts {
     pub fresnel: Fresnel,
     /// Its axes, x first, unless told otherwise.
     pub axes: &'static [Coordinate],
+    /// The axes over slices that it may have, and the Fresnel term at a number of each, from the one that was asked for.
+    pub slices: &'static [(Kind, AtNumber)],
     /// The rule and its number of nodes, for the file's certificate.
     pub rule: fn(&Model) -> String,
     /// Bounds of its error.
@@ -117,6 +126,10 @@ pub trait Table: Sync {
     fn facts(&self) -> &'static Facts;
     /// The deterministic rule in f64: what the CPU backend bakes, and the twin of the kernel.
     fn rule(&self, model: &Model, at: At) -> Values;
+    /// The Fresnel term that it takes where this one was asked for; its own where none was.
+    fn fresnel(&self, given: Option<Fresnel>) -> Result<Fresnel> {
+        Ok(given.unwrap_or(self.facts().fresnel))
+    }
     /// Refuses a model that the table cannot hold.
     fn check(&self, _model: &Model) -> Result<()> {
         Ok(())
@@ -142,6 +155,7 @@ pub static TABLES: &[&dyn Table] = &[
     &average_albedo::AverageAlbedo,
     &glass::Glass,
     &glass_average::GlassAverage,
+    &schlick_weight::SchlickWeight,
 ];
 
 /// The table with this name.
@@ -268,7 +282,7 @@ impl TableRequest {
     pub fn resolve(&self) -> Result<TableJob> {
         let table = table(&self.table)?;
         let facts = table.facts();
-        let model = Model::parse(&self.ndf, &self.visibility)?.with(self.fresnel.unwrap_or(facts.fresnel));
+        let model = Model::parse(&self.ndf, &self.visibility)?.with(table.fresnel(self.fresnel)?);
         model.check()?;
         table.check(&model)?;
         if self.of.is_some() && facts.name != "average-albedo" {
@@ -630,9 +644,9 @@ impl TableRequest {
             size: (texture.width, texture.height),
             ndf: get("ndf")?.into(),
             visibility: get("visibility")?.into(),
-            // Files of version 0.1 did not state it: they hold the table's own. With an axis of indices it has none.
+            // Files of version 0.1 did not state it: they hold the table's own. Where a number of it runs over slices it has none.
             fresnel: match texture.meta.get("fresnel") {
-                None | Some("dielectric") => None,
+                None | Some("dielectric" | "power") => None,
                 Some(text) => Some(Fresnel::parse(text)?),
             },
             axes: Some(list("axes")?),

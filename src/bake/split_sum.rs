@@ -39,6 +39,7 @@ static FACTS: Facts = Facts {
     default_channels: |_| &["scale", "bias"],
     fresnel: Fresnel::SCHLICK,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
+    slices: &[],
     rule: Model::rule_name,
     tolerance: Tolerance {
         worst: 1e-6,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::axis::Points;
-use brdf_baker::bake::{self, Backend, IorMap, TableJob, TableRequest, VolumeJob};
+use brdf_baker::bake::{self, Backend, SliceAxis, TableJob, TableRequest, VolumeJob};
 use brdf_baker::format::{self, Encoding, Output, Repr};
 use brdf_baker::material;
 use brdf_baker::progress::OnProgress;
@@ -21,7 +21,7 @@ use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass or glass-average
+    /// split-sum, albedo, average-albedo, glass, glass-average or schlick-weight
     table: String,
     /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
@@ -53,12 +53,15 @@ pub struct BakeArgs {
     /// Exact Fresnel of a conductor: eta and k, or eta of red, green, blue and then k of red, green, blue
     #[arg(long, value_name = "ETA,K|R,G,B,R,G,B", group = "fresnel", value_delimiter = ',')]
     eta_k: Option<Vec<f64>>,
+    /// schlick-weight: power of 1 - v.h that F90 is weighted with [default: 5]
+    #[arg(long, value_name = "P", group = "fresnel")]
+    exponent: Option<f64>,
     /// Exact Fresnel of a named material, see `brdf-baker materials`
     #[arg(long, value_name = "NAME", group = "fresnel")]
     material: Option<String>,
-    /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; of glass last of
-    /// all ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or openpbr_ior, for a slice each [default:
-    /// n_dot_v,roughness]
+    /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; last of
+    /// all, for a slice each, of glass and schlick-weight ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or
+    /// openpbr_ior, of schlick-weight cycles_exponent [default: n_dot_v,roughness]
     #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',')]
     axes: Option<Vec<String>>,
     /// Where in its texel a value is taken: centers, (i + 1/2)/N, or edges, i/(N - 1) [default: centers]
@@ -91,7 +94,10 @@ impl BakeArgs {
         let start = Instant::now();
 
         // Everything that can be refused is refused before any work.
-        let fresnel = fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?;
+        let fresnel = match self.exponent {
+            Some(exponent) => Some(Fresnel::power(exponent)?),
+            None => fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?,
+        };
         let target = self.target.as_deref().map(target::parse).transpose()?;
         let preset = target.map(|t| t.table(&self.table)).transpose()?;
         let mut choice = Choice::of(target);
@@ -227,14 +233,14 @@ impl BakeArgs {
     }
 }
 
-/// A table, or one over the refractive index as well.
+/// A table, or one over slices.
 enum Job {
     Flat(Box<TableJob>),
     Volume(VolumeJob),
 }
 
 impl Job {
-    fn new(request: &TableRequest, map: Option<IorMap>, depth: u32) -> Result<Job> {
+    fn new(request: &TableRequest, map: Option<SliceAxis>, depth: u32) -> Result<Job> {
         Ok(match map {
             None => Job::Flat(Box::new(request.resolve()?)),
             Some(map) => Job::Volume(VolumeJob::new(request, map, depth)?),
@@ -294,10 +300,10 @@ impl Job {
     }
 }
 
-/// An axis of refractive indices apart from the others, which it follows.
-fn split_axes(axes: Option<Vec<String>>) -> Result<(Option<Vec<String>>, Option<IorMap>)> {
+/// An axis over slices apart from the others, which it follows.
+fn split_axes(axes: Option<Vec<String>>) -> Result<(Option<Vec<String>>, Option<SliceAxis>)> {
     let Some(mut axes) = axes else { return Ok((None, None)) };
-    match axes.last().and_then(|last| IorMap::parse(last)).transpose()? {
+    match axes.last().and_then(|last| SliceAxis::parse(last)).transpose()? {
         None => Ok((Some(axes), None)),
         Some(map) => {
             axes.pop();
