@@ -1,4 +1,4 @@
-//! The ring rule, and what it bakes: weights of a generalised Schlick term.
+//! The ring rule, and what it bakes: weights of a generalised Schlick term, thin films.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -98,10 +98,10 @@ fn weights_of_schlick_agree_with_the_published_tables_of_cycles() {
     let mut errors = vec![];
     for (name, [z, mu, roughness], published) in cycles() {
         let (axis, term) = match name {
-            "ggx_gen_schlick_s" => (SliceAxis::CyclesExponent, Fresnel::power as fn(f64) -> _),
-            _ => (SliceAxis::FromF0, Fresnel::rescaled as fn(f64) -> _),
+            "ggx_gen_schlick_s" => (SliceAxis::CyclesExponent, "power:exponent"),
+            _ => (SliceAxis::FromF0, "rescaled:ior"),
         };
-        let fresnel = term(axis.value(z, 16, Points::Edges)).unwrap();
+        let fresnel = Fresnel::parse(&format!("{term}={}", axis.value(z, 16, Points::Edges))).unwrap();
         let at = At { n_dot_v: f64::from(mu) / 15.0, roughness: f64::from(roughness) / 15.0 };
         let found = table.rule(&Model::parse("ggx", "smith").unwrap().with(fresnel), at)[0];
         let error = (found - published).abs();
@@ -252,6 +252,159 @@ fn weights_are_baked_verified_and_described() {
         &["glass has no axis of exponents", "refractive indices"],
     );
     assert!(!here.join("w.ktx2").exists());
+}
+
+/// Soap, oil on water, a lacquered metal, an anodised one.
+const FILMS: [&str; 4] = [
+    "film:ior=1.33,nm=320,eta=1/1/1,k=0/0/0",
+    "film:ior=1.47,nm=900,eta=1.33/1.33/1.33,k=0/0/0",
+    "film:ior=1.5,nm=2500,eta=0.2/1.1/1.25,k=3.9/2.6/2.3",
+    "film:ior=2.4,nm=110,eta=2.6/2.5/2.3,k=3.7/3.4/3.1",
+];
+
+#[test]
+fn films_are_within_their_bounds_of_the_truth() {
+    let table = table("albedo").unwrap();
+    for text in FILMS {
+        let model = model(text);
+        let bounds = model.tolerance(&table.facts().tolerance);
+        let list = places(4);
+        let errors: Vec<(f64, At)> = list
+            .par_iter()
+            .map(|at| {
+                let (rule, truth) = (table.rule(&model, *at), table.truth(&model, *at, 0.2 * bounds.worst));
+                assert!(truth.error <= bounds.worst, "{text} {at:?}: truth {:e}", truth.error);
+                let error = (0..4).map(|c| (rule[c] - truth.value[c]).abs()).fold(0.0, f64::max);
+                (error, *at)
+            })
+            .collect();
+        let (worst, at) = errors.iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        println!("albedo {text}: worst {worst:.1e} at {at:?}, of {} places", errors.len());
+        assert!(*worst <= bounds.at(*at), "{text} {at:?}: {worst:e}");
+    }
+}
+
+#[test]
+fn films_agree_with_their_twin_on_a_device() {
+    common::on_gpu(|backend| {
+        for text in FILMS {
+            let fresnel = Some(Fresnel::parse(text).unwrap());
+            let job = TableRequest { size: (24, 16), fresnel, ..TableRequest::new("albedo") }.resolve().unwrap();
+            let texture = job.run(backend, &mut ignore).unwrap();
+            let mut worst = 0.0f64;
+            for y in 0..16 {
+                for x in 0..24 {
+                    let rule = job.rule(job.at(x, y));
+                    for (found, expected) in texture.texel(0, 0, x, y).iter().zip(rule) {
+                        let error = (f64::from(*found) - expected).abs();
+                        assert!(error <= 1e-6, "{text} ({x}, {y}): {error:e}");
+                        worst = worst.max(error);
+                    }
+                }
+            }
+            println!("{text}: twin worst {worst:.1e}");
+        }
+    });
+}
+
+#[test]
+fn film_without_thickness_is_the_base() {
+    for (film, base) in [
+        ("film:ior=2,nm=0,eta=1.5/1.5/1.5,k=0/0/0", "dielectric:ior=1.5"),
+        ("film:ior=1.4,nm=0,eta=0.2/1.1/1.25,k=3.9/2.6/2.3", "conductor:eta=0.2/1.1/1.25,k=3.9/2.6/2.3"),
+    ] {
+        for at in places(20) {
+            let (with, without) = (model(film).rule(at), model(base).rule(at));
+            assert!((with[1] - without[1]).abs() <= 1.5e-6, "{film} {at:?}: {with:?}, {without:?}");
+        }
+    }
+}
+
+#[test]
+fn faults_of_a_film_are_seen() {
+    let request = |nm: f64| TableRequest {
+        size: (16, 16),
+        fresnel: Some(Fresnel::film(Fresnel::dielectric(1.5).unwrap(), 1.33, nm).unwrap()),
+        ..TableRequest::new("albedo")
+    };
+    let failures =
+        |job: &TableJob, texture: &Texture| check(job, texture, None, Extent::Spot, &mut ignore).unwrap().failures;
+    let job = request(400.0).resolve().unwrap();
+    let sound = job.run(&Backend::Cpu, &mut ignore).unwrap();
+    assert_eq!(failures(&job, &sound), Vec::<String>::new(), "the sound table must pass");
+    let mut texture = sound.clone();
+    texture.levels[0].chunks_exact_mut(3).for_each(|texel| texel.swap(0, 2));
+    assert!(!failures(&job, &texture).is_empty());
+    assert!(!failures(&request(401.0).resolve().unwrap(), &sound).is_empty());
+}
+
+#[test]
+fn films_are_baked_over_thickness() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let succeeds = |arguments: &[&str]| {
+        let output = run(here, arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let fails = |arguments: &[&str], words: &[&str]| {
+        let output = run(here, arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        words.iter().for_each(|word| assert!(stderr.contains(word), "{arguments:?}: '{word}' is not in: {stderr}"));
+    };
+    let bake = |more: &[&'static str]| [&["bake", "albedo", "-o", "f.ktx2", "--device", "cpu"], more].concat();
+
+    // Angle by thickness at one roughness: a flat table.
+    let over =
+        ["--film", "1.33", "--ior", "1", "--axes", "n_dot_v,film_nm=0/800", "--size", "8x5", "--points", "edges"];
+    let line = succeeds(&bake(&[&over[..], &["--roughness", "0.3"]].concat()));
+    assert!(line.contains("f.ktx2  8x5 rgba16f"), "{line}");
+    let info = succeeds(&["info", "f.ktx2"]);
+    for word in ["film:ior=1.33,nm=0,eta=1/1/1", "thickness in nm 0.000000, the last 800", "red,green,blue", "0.3"] {
+        assert!(info.contains(word), "'{word}' is not in: {info}");
+    }
+    assert!(succeeds(&["verify", "f.ktx2", "--full"]).contains("right"));
+    let (texture, _) = format::Ktx2.read(&here.join("f.ktx2")).unwrap();
+    assert_eq!(texture.texel(0, 0, 3, 0)[..3], [0.0; 3], "no film and no base reflect nothing");
+    let model = model("film:ior=1.33,nm=400,eta=1/1/1,k=0/0/0");
+    let expected = model.rule(At { n_dot_v: 3.0 / 7.0, roughness: 0.3 });
+    let found = texture.texel(0, 0, 3, 2);
+    assert!((0..3).all(|c| (f64::from(found[c]) - expected[c + 1]).abs() < 1e-3), "{found:?} {expected:?}");
+
+    // With roughness a 3-D one; one film a plain table; averages.
+    let metal = ["--film", "1.5", "--material", "titanium", "--size", "4x4x3"];
+    succeeds(&bake(&[&metal[..], &["--axes", "n_dot_v,roughness,film_nm=50/250"]].concat()));
+    assert!(succeeds(&["verify", "f.ktx2", "--full"]).contains("3 of 3 were looked at"));
+    succeeds(&bake(&["--film", "1.5,200", "--material", "titanium", "--size", "6"]));
+    assert!(succeeds(&["verify", "f.ktx2"]).contains("right"));
+    succeeds(&[
+        "bake",
+        "average-albedo",
+        "-o",
+        "a.ktx2",
+        "--device",
+        "cpu",
+        "--film",
+        "1.5,200",
+        "--ior",
+        "1.5",
+        "--size",
+        "6",
+    ]);
+    assert!(succeeds(&["verify", "a.ktx2"]).contains("right"));
+
+    std::fs::remove_file(here.join("f.ktx2")).unwrap();
+    fails(&bake(&["--film", "1.5,200"]), &["--film", "--ior"]);
+    fails(&bake(&["--film", "1.5", "--ior", "1.5"]), &["thickness", "film_nm"]);
+    fails(&bake(&["--film", "0.9,200", "--ior", "1.5"]), &["film of refractive index 0.9", "1.05"]);
+    fails(&bake(&["--film", "1.5,9000", "--ior", "1.5"]), &["film of 9000 nm"]);
+    fails(&bake(&["--film", "1.5,200", "--ior", "0.7"]), &["not on the Fresnel term 'dielectric:ior=0.7'"]);
+    fails(&bake(&["--axes", "n_dot_v,roughness,film_nm=0/500"]), &["without a film", "--film 1.33"]);
+    fails(&bake(&["--film", "1.5,200", "--ior", "1.5", "--ndf", "beckmann"]), &["ggx with smith"]);
+    fails(&bake(&["--roughness", "1.5", "--axes", "n_dot_v"]), &["a roughness of 1.5"]);
+    fails(&["bake", "average-albedo", "-o", "f.ktx2", "--roughness", "0.5"], &["one number", "drop --roughness"]);
+    assert!(!here.join("f.ktx2").exists());
 }
 
 #[test]

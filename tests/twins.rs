@@ -275,7 +275,7 @@ fn fresnel_terms_agree_with_their_twins() {
                 let mut worst = 0.0;
                 for (x, found) in inputs.iter().zip(&found) {
                     let x = x.map(f64::from);
-                    let optics = fresnel::Optics { eta: [x[1], x[2], x[3]], k: [x[4], x[5], x[6]], given: 0.0 };
+                    let optics = fresnel::Optics { eta: [x[1], x[2], x[3]], k: [x[4], x[5], x[6]], given: [0.0; 2] };
                     let expected = (fresnel.term.weights)(x[0], &optics)[i];
                     let error = (f64::from(*found) - expected).abs();
                     // Next to the critical angle a reflectance is as steep as a root.

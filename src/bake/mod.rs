@@ -179,6 +179,8 @@ pub struct TableJob {
     pub axes: Vec<Axis>,
     /// What each channel of a texel holds.
     pub channels: Vec<Source>,
+    /// The roughness of all texels, of a table without that axis.
+    pub roughness: Option<f64>,
     /// The albedo table that this is the average of; `None` for the average of the albedo itself, and for other tables.
     pub of: Option<Stored>,
 }
@@ -216,6 +218,8 @@ pub struct TableRequest {
     pub fresnel: Option<Fresnel>,
     /// Names of the axes, x first.
     pub axes: Option<Vec<String>>,
+    /// The roughness of all texels, in place of the axis of roughness.
+    pub roughness: Option<f64>,
     /// Where in its texel a value is taken.
     pub points: Points,
     /// Row 0 holds the largest position of the y axis (of the x axis in a table with one).
@@ -238,6 +242,7 @@ impl TableRequest {
             visibility: "smith".into(),
             fresnel: None,
             axes: None,
+            roughness: None,
             points: Points::Centers,
             flip_v: false,
             row_shift: 0,
@@ -288,13 +293,22 @@ impl TableRequest {
         if self.of.is_some() && facts.name != "average-albedo" {
             return Err(Error::usage(format!("{} is not the average of a stored table", facts.name), ""));
         }
+        let roughness = self.roughness;
+        if let Some(bad) = roughness.filter(|r| !(0.0..=1.0).contains(r)) {
+            return Err(Error::usage(format!("a roughness of {bad} cannot be baked"), "give a number from 0 to 1"));
+        }
+        let own_axes: Vec<Coordinate> =
+            facts.axes.iter().copied().filter(|a| roughness.is_none() || *a != Coordinate::Roughness).collect();
+        if own_axes.is_empty() {
+            return Err(Error::usage(format!("{} at one roughness is one number", facts.name), "drop --roughness"));
+        }
         let warps: Vec<Warp> = match &self.axes {
-            None => facts.axes.iter().map(|a| a.plain()).collect(),
+            None => own_axes.iter().map(|a| a.plain()).collect(),
             Some(names) => names.iter().map(|n| Warp::parse(n)).collect::<Result<_>>()?,
         };
-        let same_set = facts.axes.iter().all(|a| warps.iter().any(|w| w.coordinate() == *a));
-        if !same_set || warps.len() != facts.axes.len() {
-            let names: Vec<_> = facts.axes.iter().map(|a| a.name()).collect();
+        let same_set = own_axes.iter().all(|a| warps.iter().any(|w| w.coordinate() == *a));
+        if !same_set || warps.len() != own_axes.len() {
+            let names: Vec<_> = own_axes.iter().map(|a| a.name()).collect();
             return Err(Error::usage(
                 format!("{} has the axes {}", facts.name, names.join(" and ")),
                 format!("name each of them once, warped or not, e.g. --axes {}", names.join(",")),
@@ -324,7 +338,7 @@ impl TableRequest {
         };
         let axes = warps.into_iter().zip(sizes).enumerate().map(axis).collect();
         let own = (facts.channels)(&model.fresnel);
-        let companions = || COMPANIONS.iter().filter(|_| facts.axes.len() == 2);
+        let companions = || COMPANIONS.iter().filter(|_| own_axes.len() == 2);
         let known = || {
             let beside = facts.complement.iter().map(|c| c.name).chain(companions().map(|c| c.channel.name));
             own.iter().map(|c| c.name).chain(beside)
@@ -343,8 +357,9 @@ impl TableRequest {
                 .ok_or_else(|| Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known())))
         };
         let channels: Vec<Source> = wanted.iter().map(channel).collect::<Result<_>>()?;
-        let edges = |c| self.points == Points::Edges && facts.axes.contains(&c);
-        let (at_grazing, at_mirror) = (edges(Coordinate::NDotV), edges(Coordinate::Roughness));
+        let edges = |c| self.points == Points::Edges && own_axes.contains(&c);
+        let (at_grazing, at_mirror) =
+            (edges(Coordinate::NDotV), edges(Coordinate::Roughness) || roughness == Some(0.0));
         if channels.iter().any(Source::is_of_table) {
             model.check_limits(at_grazing, at_mirror)?;
         }
@@ -356,7 +371,7 @@ impl TableRequest {
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
         }
-        Ok(TableJob { table, model, axes, channels, of: self.of })
+        Ok(TableJob { table, model, axes, channels, roughness, of: self.of })
     }
 }
 
@@ -368,7 +383,7 @@ impl TableJob {
 
     /// The coordinates of texel (x, y). A table without n·v has n·v = 1 everywhere.
     pub fn at(&self, x: u32, y: u32) -> At {
-        let mut at = At { n_dot_v: 1.0, roughness: 1.0 };
+        let mut at = At { n_dot_v: 1.0, roughness: self.roughness.unwrap_or(1.0) };
         for (axis, i) in self.axes.iter().zip([x, y]) {
             match axis.warp.coordinate() {
                 Coordinate::NDotV => at.n_dot_v = axis.at(i),
@@ -498,11 +513,12 @@ impl TableJob {
 
     /// Bakes the table; its meta says everything but the measured error.
     pub fn run(&self, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
-        let of = |wanted| {
+        let of = |wanted, without: f64| {
             let found = self.axes.iter().position(|a| a.warp.coordinate() == wanted);
-            (found, found.map_or(vec![1.0], |i| self.axes[i].coordinates()))
+            (found, found.map_or(vec![without], |i| self.axes[i].coordinates()))
         };
-        let ((x_of, n_dot_v), (_, roughness)) = (of(Coordinate::NDotV), of(Coordinate::Roughness));
+        let ((x_of, n_dot_v), (_, roughness)) =
+            (of(Coordinate::NDotV, 1.0), of(Coordinate::Roughness, self.roughness.unwrap_or(1.0)));
         let all = match self.has_own() {
             true => self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?,
             false => vec![],
@@ -603,6 +619,9 @@ impl TableJob {
                 format!("row 0 is the top and holds {name} {:.6}, the last {:.6}", y.at(0), y.at(y.len - 1)),
             );
         }
+        if let Some(roughness) = self.roughness {
+            meta.set("roughness", roughness);
+        }
         meta.set("alpha", "roughness^2");
         let exact = "share of white light that the material reflects by single scattering";
         let of_a_share = self.model.fresnel.is_exact() && !facts.fresnel.is_exact();
@@ -650,6 +669,12 @@ impl TableRequest {
                 Some(text) => Some(Fresnel::parse(text)?),
             },
             axes: Some(list("axes")?),
+            roughness: match texture.meta.get("roughness") {
+                None => None,
+                Some(text) => Some(text.parse().map_err(|_| {
+                    Error::usage(format!("the file says roughness '{text}'"), "a roughness is a number from 0 to 1")
+                })?),
+            },
             points: Points::parse(get("points")?)?,
             flip_v: list("order")?.last().is_some_and(|o| o == "descending"),
             row_shift: match texture.meta.get("row-shift") {

@@ -24,7 +24,7 @@ use crate::verify::truth;
 pub struct SchlickWeight;
 
 /// Schlick's own exponent.
-const SCHLICK: Fresnel = Fresnel { term: &power::POWER, optics: Optics { given: 5.0, ..Optics::NONE } };
+const SCHLICK: Fresnel = Fresnel { term: &power::POWER, optics: Optics { given: [5.0, 0.0], ..Optics::NONE } };
 
 static CHANNELS: [Channel; 1] = [channel("weight", "mean weight of F90 over the facets that the viewer sees")];
 

@@ -4,7 +4,8 @@ use std::fmt;
 
 use crate::axis::Points;
 use crate::error::{Error, Result};
-use crate::term::fresnel::IOR_RANGE;
+use crate::term::fresnel::film::FILM_NM;
+use crate::term::fresnel::{Fresnel, IOR_RANGE};
 
 /// Which number a slice stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +14,8 @@ pub enum Kind {
     Ior,
     /// The exponent of a generalised Schlick term.
     Exponent,
+    /// The thickness of a thin film.
+    FilmNm,
 }
 
 impl Kind {
@@ -21,6 +24,7 @@ impl Kind {
         match self {
             Kind::Ior => "index",
             Kind::Exponent => "exponent",
+            Kind::FilmNm => "thickness in nm",
         }
     }
 
@@ -29,6 +33,7 @@ impl Kind {
         match self {
             Kind::Ior => "refractive indices",
             Kind::Exponent => "exponents",
+            Kind::FilmNm => "film thicknesses",
         }
     }
 
@@ -36,15 +41,16 @@ impl Kind {
     pub(super) fn note(self) -> &'static str {
         match self {
             Kind::Ior => "; an index of 1 is no interface",
-            Kind::Exponent => "",
+            Kind::Exponent | Kind::FilmNm => "",
         }
     }
 
-    /// What a file says of a term whose number runs over the slices: its name without that number.
-    pub(super) fn term(self) -> &'static str {
+    /// What a file says of a term whose number runs over the slices: the rest of it.
+    pub(super) fn term(self, fresnel: &Fresnel) -> String {
         match self {
-            Kind::Ior => "dielectric",
-            Kind::Exponent => "power",
+            Kind::Ior => "dielectric".into(),
+            Kind::Exponent => "power".into(),
+            Kind::FilmNm => fresnel.with_film_nm(0.0).to_string(),
         }
     }
 }
@@ -62,6 +68,8 @@ pub enum SliceAxis {
     Openpbr,
     /// exponent = 5 (1 − t)/t, infinite at 0; t is at most 0.99 (Blender Cycles).
     CyclesExponent,
+    /// Evenly from one thickness in nm to another.
+    FilmNm([f64; 2]),
 }
 
 /// Names of the maps without numbers.
@@ -87,13 +95,22 @@ struct Linear {
     axis: fn([f64; 2]) -> SliceAxis,
 }
 
-static LINEAR: [Linear; 1] = [Linear {
-    prefix: "ior=",
-    range: IOR_RANGE,
-    rule: "indices, both at least 1 or both at most 1",
-    fits: |from, to| (from - 1.0) * (to - 1.0) >= 0.0,
-    axis: SliceAxis::Ior,
-}];
+static LINEAR: [Linear; 2] = [
+    Linear {
+        prefix: "ior=",
+        range: IOR_RANGE,
+        rule: "indices, both at least 1 or both at most 1",
+        fits: |from, to| (from - 1.0) * (to - 1.0) >= 0.0,
+        axis: SliceAxis::Ior,
+    },
+    Linear {
+        prefix: "film_nm=",
+        range: FILM_NM,
+        rule: "thicknesses in nm",
+        fits: |_, _| true,
+        axis: SliceAxis::FilmNm,
+    },
+];
 
 impl SliceAxis {
     /// The axis that a name means; `None` for the name of an axis within a slice.
@@ -120,6 +137,7 @@ impl SliceAxis {
         match self {
             SliceAxis::Ior(_) | SliceAxis::FromF0 | SliceAxis::InverseFromF0 | SliceAxis::Openpbr => Kind::Ior,
             SliceAxis::CyclesExponent => Kind::Exponent,
+            SliceAxis::FilmNm(_) => Kind::FilmNm,
         }
     }
 
@@ -130,7 +148,7 @@ impl SliceAxis {
             Points::Edges => f64::from(i) / f64::from(len - 1),
         };
         match self {
-            SliceAxis::Ior([from, to]) => from + (to - from) * position(i, len),
+            SliceAxis::Ior([from, to]) | SliceAxis::FilmNm([from, to]) => from + (to - from) * position(i, len),
             SliceAxis::FromF0 => {
                 let f0_root = position(i, len).min(MOST_OF_CYCLES).powi(2);
                 (1.0 + f0_root) / (1.0 - f0_root)
@@ -154,6 +172,7 @@ impl fmt::Display for SliceAxis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             SliceAxis::Ior([from, to]) => write!(f, "ior={from}/{to}"),
+            SliceAxis::FilmNm([from, to]) => write!(f, "film_nm={from}/{to}"),
             named => f.write_str(NAMES.iter().find(|(_, axis)| axis == named).map_or("", |(name, _)| name)),
         }
     }
@@ -182,11 +201,12 @@ mod tests {
         let linear = SliceAxis::Ior([1.1, 2.1]);
         near(linear.value(0, 4, edges), 1.1);
         near(linear.value(0, 4, Points::Centers), 1.225);
-        for axis in [linear].into_iter().chain(NAMES.map(|(_, axis)| axis)) {
+        near(SliceAxis::FilmNm([100.0, 500.0]).value(1, 3, edges), 300.0);
+        for axis in [linear, SliceAxis::FilmNm([0.0, 1200.0])].into_iter().chain(NAMES.map(|(_, axis)| axis)) {
             assert_eq!(SliceAxis::parse(&axis.to_string()).expect("over slices").expect("its own name"), axis);
         }
         assert!(SliceAxis::parse("roughness").is_none());
-        for bad in ["ior=", "ior=1.5", "ior=0.5/2", "ior=1.5/1.5", "ior=1.5/x", "ior=1.5/9"] {
+        for bad in ["ior=", "ior=1.5", "ior=0.5/2", "ior=1.5/1.5", "ior=1.5/x", "ior=1.5/9", "film_nm=-1/9"] {
             assert!(SliceAxis::parse(bad).expect("over slices").is_err(), "{bad}");
         }
     }

@@ -121,7 +121,7 @@ impl VolumeJob {
         let (first, last) = (self.values[0], self.values[self.values.len() - 1]);
         let (name, note) = (self.axis.kind().name(), self.axis.kind().note());
         texture.meta.set("slices", format!("the first slice is {name} {first:.6}, the last {last:.6}{note}"));
-        texture.meta.set("fresnel", self.axis.kind().term());
+        texture.meta.set("fresnel", self.axis.kind().term(&self.slices[0].model.fresnel));
         texture.meta.set("rule", self.rule_name());
         Ok(texture)
     }

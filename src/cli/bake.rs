@@ -34,7 +34,9 @@ pub struct BakeArgs {
     #[arg(
         long,
         value_name = "FILE",
-        conflicts_with_all = ["target", "size", "ndf", "visibility", "fresnel", "axes", "points", "flip_v", "channels"]
+        conflicts_with_all = [
+            "target", "size", "ndf", "visibility", "fresnel", "roughness", "axes", "points", "flip_v", "channels"
+        ]
     )]
     of: Option<PathBuf>,
     /// Texels: 256, or 128x32 for width x height, or 16x16x16 where a third axis runs over slices [default: 256, over three
@@ -56,12 +58,20 @@ pub struct BakeArgs {
     /// schlick-weight: power of 1 - v.h that F90 is weighted with [default: 5]
     #[arg(long, value_name = "P", group = "fresnel")]
     exponent: Option<f64>,
+    /// A thin film of this refractive index and thickness in nm on that dielectric or metal; without a thickness where the
+    /// axis film_nm has it. A bubble has --ior 1
+    #[arg(long, value_name = "INDEX[,NM]", value_delimiter = ',', requires = "fresnel")]
+    film: Option<Vec<f64>>,
+    /// The same roughness for all texels, in place of that axis
+    #[arg(long, value_name = "R")]
+    roughness: Option<f64>,
     /// Exact Fresnel of a named material, see `brdf-baker materials`
     #[arg(long, value_name = "NAME", group = "fresnel")]
     material: Option<String>,
     /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; last of
     /// all, for a slice each, of glass and schlick-weight ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or
-    /// openpbr_ior, of schlick-weight cycles_exponent [default: n_dot_v,roughness]
+    /// openpbr_ior, of schlick-weight cycles_exponent, of albedos with a film film_nm=FROM/TO [default:
+    /// n_dot_v,roughness]
     #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',')]
     axes: Option<Vec<String>>,
     /// Where in its texel a value is taken: centers, (i + 1/2)/N, or edges, i/(N - 1) [default: centers]
@@ -94,9 +104,11 @@ impl BakeArgs {
         let start = Instant::now();
 
         // Everything that can be refused is refused before any work.
-        let fresnel = match self.exponent {
-            Some(exponent) => Some(Fresnel::power(exponent)?),
-            None => fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?,
+        let mut fresnel = match (self.exponent, self.ior) {
+            (Some(exponent), _) => Some(Fresnel::power(exponent)?),
+            // A film has air below it as well.
+            (None, Some(1.0)) if self.film.is_some() => Some(Fresnel::interface(1.0)),
+            _ => fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?,
         };
         let target = self.target.as_deref().map(target::parse).transpose()?;
         let preset = target.map(|t| t.table(&self.table)).transpose()?;
@@ -106,8 +118,11 @@ impl BakeArgs {
         let points = self.points.as_deref().map(Points::parse).transpose()?;
         let axes = choice.pick("axes", self.axes.map(Some), preset.map(|p| Some(p.axis_names())), None);
         let (axes, map) = split_axes(axes)?;
+        if let (Some(base), Some(film)) = (fresnel, &self.film) {
+            fresnel = Some(on_base(base, film, map)?);
+        }
         let table = preset.map_or(self.table, |p| p.table.into());
-        let one_axis = bake::table(&table)?.facts().axes.len() == 1;
+        let one_axis = bake::table(&table)?.facts().axes.len() == 1 || self.roughness.is_some();
         let given = self.size.map(|sizes| sizes.of(one_axis, map.is_some())).transpose()?;
         let usual = match map {
             None => ((256, 256), 1),
@@ -128,6 +143,7 @@ impl BakeArgs {
                     "smith".into(),
                 ),
                 axes,
+                roughness: self.roughness,
                 points: choice.pick("points", points, preset.map(|p| p.points), Points::Centers),
                 flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
                 row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
@@ -368,6 +384,18 @@ fn fresnel(ior: Option<f64>, eta_k: Option<&[f64]>, material: Option<&str>) -> R
         (None, None, None) => return Ok(None),
     };
     Ok(Some(term))
+}
+
+/// A film on a base: index and thickness, which an axis may have.
+fn on_base(base: Fresnel, film: &[f64], axis: Option<SliceAxis>) -> Result<Fresnel> {
+    match (film, axis) {
+        ([ior], Some(SliceAxis::FilmNm(_))) => Fresnel::film(base, *ior, 0.0),
+        ([ior, nm], None) => Fresnel::film(base, *ior, *nm),
+        _ => Err(Error::usage(
+            format!("--film got {} numbers", film.len()),
+            "give index and thickness in nm, or the index alone with a last axis of thicknesses, film_nm=FROM/TO",
+        )),
+    }
 }
 
 /// `N` or `WxH`.

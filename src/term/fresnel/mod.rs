@@ -7,6 +7,7 @@
 
 pub mod conductor;
 pub mod dielectric;
+pub mod film;
 pub mod internal;
 pub mod one;
 pub mod power;
@@ -53,8 +54,8 @@ pub struct Optics {
     pub eta: [f64; 3],
     /// Extinction coefficient, for conductors.
     pub k: [f64; 3],
-    /// What another term needs in their place; no shader reads it.
-    pub given: f64,
+    /// What else a term needs: an exponent, an index that is rescaled, index and thickness in nm of a film. No shader reads it.
+    pub given: [f64; 2],
 }
 
 /// A Fresnel term with the optical constants that it needs.
@@ -75,11 +76,12 @@ pub static TERMS: &[&Term] = &[
     &conductor::CONDUCTOR,
     &power::POWER,
     &rescaled::RESCALED,
+    &film::FILM,
 ];
 
 impl Optics {
     /// Those of a term that needs none.
-    pub const NONE: Optics = Optics { eta: [0.0; 3], k: [0.0; 3], given: 0.0 };
+    pub const NONE: Optics = Optics { eta: [0.0; 3], k: [0.0; 3], given: [0.0; 2] };
 }
 
 /// Refractive indices, relative to the other side, that are baked.
@@ -105,7 +107,7 @@ impl Fresnel {
     }
 
     /// A dielectric interface of any index, 1 for none included.
-    pub(crate) fn interface(ior: f64) -> Fresnel {
+    pub fn interface(ior: f64) -> Fresnel {
         let term = if ior < 1.0 { &internal::INTERNAL } else { &dielectric::DIELECTRIC };
         Fresnel { term, optics: Optics { eta: [ior; 3], ..Optics::NONE } }
     }
@@ -136,7 +138,7 @@ impl Fresnel {
                 "give a number of at least 0.01; Schlick's own is 5",
             ));
         }
-        Ok(Fresnel { term: &power::POWER, optics: Optics { given: exponent, ..Optics::NONE } })
+        Ok(Fresnel { term: &power::POWER, optics: Optics { given: [exponent, 0.0], ..Optics::NONE } })
     }
 
     /// The same weight from the exact reflectance of a dielectric of refractive index `ior`, at least 1.
@@ -147,7 +149,37 @@ impl Fresnel {
                 "give an index from 1 to 1000, as seen from outside",
             ));
         }
-        Ok(Fresnel { term: &rescaled::RESCALED, optics: Optics { given: ior, ..Optics::NONE } })
+        Ok(Fresnel { term: &rescaled::RESCALED, optics: Optics { given: [ior, 0.0], ..Optics::NONE } })
+    }
+
+    /// A film of refractive index `ior` and a thickness in nm on a base that this is the term of: a dielectric from outside, or
+    /// none ([`Fresnel::interface`] of 1: a bubble), or a conductor.
+    pub fn film(base: Fresnel, ior: f64, nm: f64) -> Result<Fresnel> {
+        if !["dielectric", "conductor"].contains(&base.term.name) {
+            return Err(Error::usage(
+                format!("a film lies on a dielectric or a metal, not on the Fresnel term '{base}'"),
+                "give its base with --ior of at least 1, --eta-k or --material",
+            ));
+        }
+        Fresnel::on_base(base.optics.eta, base.optics.k, ior, nm)
+    }
+
+    fn on_base(eta: [f64; 3], k: [f64; 3], ior: f64, nm: f64) -> Result<Fresnel> {
+        let [least, most] = film::FILM_IOR;
+        if !(least..=most).contains(&ior) {
+            return Err(Error::usage(
+                format!("a film of refractive index {ior} cannot be baked"),
+                format!("give a number from {least} to {most}"),
+            ));
+        }
+        let [least, most] = film::FILM_NM;
+        if !(least..=most).contains(&nm) {
+            return Err(Error::usage(
+                format!("a film of {nm} nm cannot be baked"),
+                format!("give a thickness from {least} to {most} nm; beyond, interference has no colour left"),
+            ));
+        }
+        Ok(Fresnel { term: &film::FILM, optics: Optics { eta, k, given: [ior, nm] } })
     }
 
     /// The term that its canonical text, as [`fmt::Display`] writes it, describes.
@@ -166,6 +198,10 @@ impl Fresnel {
             "conductor" => Fresnel::conductor(three("eta")?, three("k")?),
             "power" => Fresnel::power(*numbers("exponent")?.first().ok_or_else(bad)?),
             "rescaled" => Fresnel::rescaled(*numbers("ior")?.first().ok_or_else(bad)?),
+            "film" => {
+                let one = |key: &str| numbers(key)?.first().copied().ok_or_else(bad);
+                Fresnel::on_base(three("eta")?, three("k")?, one("ior")?, one("nm")?)
+            }
             _ => Err(bad()),
         }
     }
@@ -173,6 +209,12 @@ impl Fresnel {
     /// It is that of a given material, not a split that a shader completes.
     pub fn is_exact(&self) -> bool {
         self.optics.eta[0] != 0.0
+    }
+
+    /// The same with a film of another thickness.
+    pub(crate) fn with_film_nm(self, nm: f64) -> Fresnel {
+        let [ior, _] = self.optics.given;
+        Fresnel { optics: Optics { given: [ior, nm], ..self.optics }, ..self }
     }
 
     /// The weights at cosine v·h.
@@ -200,8 +242,9 @@ impl fmt::Display for Fresnel {
             // Outside and inside are one term to a user: the index tells them apart.
             "dielectric" | "internal" => write!(f, "dielectric:ior={}", eta[0]),
             "conductor" => write!(f, "conductor:eta={},k={}", list(eta), list(k)),
-            "power" => write!(f, "power:exponent={given}"),
-            "rescaled" => write!(f, "rescaled:ior={given}"),
+            "film" => write!(f, "film:ior={},nm={},eta={},k={}", given[0], given[1], list(eta), list(k)),
+            "power" => write!(f, "power:exponent={}", given[0]),
+            "rescaled" => write!(f, "rescaled:ior={}", given[0]),
             name => f.write_str(name),
         }
     }
@@ -211,7 +254,7 @@ impl fmt::Display for Fresnel {
 mod tests {
     use super::*;
 
-    const EVERY: [&str; 8] = [
+    const EVERY: [&str; 9] = [
         "one",
         "schlick",
         "dielectric:ior=1.5",
@@ -220,6 +263,7 @@ mod tests {
         "power:exponent=0.5",
         "power:exponent=inf",
         "rescaled:ior=1.5",
+        "film:ior=1.33,nm=400,eta=1.5/1.5/1.5,k=0/0/0",
     ];
 
     #[test]

@@ -16,11 +16,11 @@ pub static POWER: Term = Term {
 
 /// 1 and (1 − v·h) to the exponent; of an infinite one 0, and 1 where v·h is 0. Host only.
 pub fn weights(v_dot_h: f64, optics: &Optics) -> Weights {
-    [1.0, (1.0 - v_dot_h).max(0.0).powf(optics.given), 0.0, 0.0]
+    [1.0, (1.0 - v_dot_h).max(0.0).powf(optics.given[0]), 0.0, 0.0]
 }
 
 /// A large exponent leaves little but a layer of v·h below its inverse.
 fn breaks(optics: &Optics) -> Vec<f64> {
-    let exponent = optics.given;
+    let exponent = optics.given[0];
     if exponent > 8.0 { vec![2.0 / exponent, 8.0 / exponent] } else { vec![] }
 }

@@ -20,7 +20,7 @@ const DIPS_ABOVE: f64 = 2.0 + 1.732_050_807_568_877_2;
 
 /// 1 and (F − F(1))/(1 − F(1)), clamped to 0; F is [`dielectric`]. Without an interface it is 0. Host only.
 pub fn weights(v_dot_h: f64, optics: &Optics) -> Weights {
-    let eta = optics.given;
+    let eta = optics.given[0];
     if eta == 1.0 {
         return [1.0, 0.0, 0.0, 0.0];
     }
@@ -30,7 +30,7 @@ pub fn weights(v_dot_h: f64, optics: &Optics) -> Weights {
 
 /// Where the clamp starts, and the width of the rise towards grazing, which a large index narrows to its inverse.
 fn breaks(optics: &Optics) -> Vec<f64> {
-    let eta = optics.given;
+    let eta = optics.given[0];
     if eta <= DIPS_ABOVE {
         return vec![];
     }
