@@ -168,6 +168,119 @@ fn coloured_furnace_absorbs_bounce_by_bounce() {
     }
 }
 
+/// A stored table over F0 as well, of `size` in a slice.
+fn over_f0(name: &str, size: (u32, u32), slices: u32, encoding: &str) -> Texture {
+    let request = TableRequest { size, points: Points::Edges, ..TableRequest::new(name) };
+    let job = VolumeJob::new(&request, SliceAxis::F0([0.0, 1.0]), slices).unwrap();
+    stored(job.run(&Backend::Cpu, &mut ignore).unwrap(), Encoding::parse(encoding).unwrap())
+}
+
+#[test]
+fn stored_tints_of_kulla_and_conty_close_the_furnace() {
+    // The albedo and its average as files hold them, and the tint of the same lobe from its own table.
+    let (roughnesses, steps) = (9, 6);
+    let tints = over_f0("kulla-conty", (roughnesses, 1), steps, "r32f");
+    assert_eq!((tints.shape, tints.width, tints.height), (Shape::Table, roughnesses, steps));
+    let shader = Shader::new(["n_dot_v", "roughness"], (32, roughnesses), Points::Edges, "r32f");
+    for column in [3, 5, 8] {
+        let r = f64::from(column) / f64::from(roughnesses - 1);
+        let average = shader.average(r);
+        let missing = shader.over_light(r, |e| 1.0 - e);
+        for row in 0..steps {
+            let f0 = f64::from(row) / f64::from(steps - 1);
+            let f = (20.0 * f0 + 1.0) / 21.0;
+            let tint = f64::from(tints.texel(0, 0, column, row)[0]);
+            // What a facet keeps on average, bounce by bounce; F = 1 is white in every direction.
+            let bounces: f64 = (1..300).map(|k| f * average * (f * (1.0 - average)).powi(k)).sum();
+            let mean = tint * missing;
+            // The table's average is the true one, which a bilinear filter misses by up to 3e-4 of a table this coarse.
+            assert!((mean - bounces).abs() <= 3e-4, "roughness {r}, F0 {f0}: {mean}, bounce by bounce {bounces}");
+            if f0 == 1.0 {
+                for mu in [0.0, 0.3, 1.0] {
+                    let e = shader.albedo(mu, r);
+                    let white = e + tint * (1.0 - e) * missing / (1.0 - average);
+                    assert!((white - 1.0).abs() <= 1e-6, "roughness {r}: {white}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn stored_factors_of_turquin_close_the_furnace() {
+    let factors = over_f0("turquin", (9, 7), 5, "rg32f");
+    let albedo = TableRequest { size: (9, 7), points: Points::Edges, ..TableRequest::new("split-sum") };
+    let albedo = albedo.resolve().unwrap().run(&Backend::Cpu, &mut ignore).unwrap();
+    for slice in 0..5 {
+        let f0 = slice as f32 / 4.0;
+        for y in 0..7 {
+            for x in 0..9 {
+                let ([factor, reflected], [scale, bias]) = (factors.texel(0, slice, x, y), albedo.texel(0, 0, x, y))
+                else {
+                    panic!("two channels each")
+                };
+                // What a shader gets that multiplies, and what the table says that it gets.
+                let total = (f0 * scale + bias) * factor;
+                assert!((total - reflected).abs() <= 1e-6, "F0 {f0} ({x}, {y}): {total} {reflected}");
+                assert!(f0 < 1.0 || (total - 1.0).abs() <= 1e-6, "({x}, {y}): {total}");
+                assert!(*reflected <= 1.0 && *factor >= 1.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn compensations_are_within_their_bounds_of_the_truth() {
+    for (name, f0) in [("kulla-conty", 0.04), ("kulla-conty", 0.9), ("turquin", 0.04), ("turquin", 0.9)] {
+        let table = table(name).unwrap();
+        let model = Model::parse("ggx", "smith").unwrap().with(Fresnel::schlick(f0).unwrap());
+        let bounds = model.tolerance(&table.facts().tolerance);
+        let list: Vec<At> =
+            [(0.02, 1.0), (0.5, 0.3), (1.0, 0.7)].map(|(n_dot_v, roughness)| At { n_dot_v, roughness }).into();
+        let worst = list.par_iter().map(|at| {
+            let (rule, truth) = (table.rule(&model, *at), table.truth(&model, *at, 0.1 * bounds.worst));
+            (0..2).map(|c| (rule[c] - truth.value[c]).abs()).fold(0.0, f64::max)
+        });
+        let worst = worst.reduce(|| 0.0, f64::max);
+        println!("{name}, F0 {f0}: worst {worst:.1e}");
+        assert!(worst <= bounds.worst, "{name}, F0 {f0}: {worst:e}");
+    }
+}
+
+#[test]
+fn compensations_are_baked_verified_and_described() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let flat = ["bake", "kulla-conty", "-o", "tint.exr", "--axes", "roughness,f0=0/1", "--size", "8x4"];
+    assert!(succeeds(here, &flat).contains("8x4"));
+    assert!(succeeds(here, &["verify", "tint.exr"]).contains("right"));
+    let cube = ["bake", "turquin", "-o", "t.ktx2", "--axes", "n_dot_v,roughness,f0=0/1", "--size", "4x4x3"];
+    succeeds(here, &cube);
+    assert!(succeeds(here, &["verify", "t.ktx2", "--full"]).contains("3 of 3 were looked at"));
+    succeeds(here, &["bake", "turquin", "-o", "one.ktx2", "--f0", "0.5", "--size", "8"]);
+    let info = succeeds(here, &["info", "one.ktx2"]);
+    assert!(info.contains("schlick:f0=0.5") && info.contains("factor,reflected"), "{info}");
+    assert!(succeeds(here, &["verify", "one.ktx2", "--full"]).contains("right"));
+
+    // A fault: the tint of another F0.
+    let (mut texture, encoding) = format::Exr.read(&here.join("tint.exr")).unwrap();
+    texture.levels[0][10] *= 1.01;
+    std::fs::write(
+        here.join("tint.exr"),
+        format::Exr.to_bytes(Path::new("tint.exr"), &texture, encoding.into()).unwrap(),
+    )
+    .unwrap();
+    fails(here, 1, &["verify", "tint.exr", "--full"], &["tint.exr"]);
+
+    let bake = |more: &[&'static str]| [&["bake", "turquin", "-o", "a.ktx2"], more].concat();
+    fails(here, 2, &bake(&["--f0", "1.5"]), &["F0 of 1.5"]);
+    fails(here, 2, &bake(&["--ior", "1.5"]), &["Schlick's Fresnel term", "--f0"]);
+    fails(here, 2, &bake(&["--ndf", "beckmann"]), &["ggx with a Smith term"]);
+    fails(here, 2, &bake(&["--axes", "n_dot_v,roughness,f0=0/1", "--f0", "0.5"]), &["drop --f0"]);
+    fails(here, 2, &["bake", "split-sum", "-o", "a.ktx2", "--f0", "0.5"], &["split-sum holds", "drop --f0"]);
+    assert!(!here.join("a.ktx2").exists());
+}
+
 fn run(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_brdf-baker"));
     command.current_dir(folder).args(arguments).args(["--device", "cpu"]).stdin(Stdio::null());

@@ -8,6 +8,7 @@ pub mod companion;
 mod glass;
 mod glass_average;
 pub mod grid;
+mod kulla_conty;
 pub mod model;
 pub mod quality;
 pub mod roughness_law;
@@ -17,6 +18,7 @@ pub(crate) mod slices;
 pub mod specular;
 mod split_sum;
 mod stored;
+mod turquin;
 pub mod volume;
 
 pub use backend::Backend;
@@ -156,6 +158,8 @@ pub static TABLES: &[&dyn Table] = &[
     &glass::Glass,
     &glass_average::GlassAverage,
     &schlick_weight::SchlickWeight,
+    &kulla_conty::KullaConty,
+    &turquin::Turquin,
 ];
 
 /// The table with this name.
@@ -665,7 +669,7 @@ impl TableRequest {
             visibility: get("visibility")?.into(),
             // Files of version 0.1 did not state it: they hold the table's own. Where a number of it runs over slices it has none.
             fresnel: match texture.meta.get("fresnel") {
-                None | Some("dielectric" | "power") => None,
+                None | Some("dielectric" | "power" | "f0") => None,
                 Some(text) => Some(Fresnel::parse(text)?),
             },
             axes: Some(list("axes")?),

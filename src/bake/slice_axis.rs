@@ -16,6 +16,8 @@ pub enum Kind {
     Exponent,
     /// The thickness of a thin film.
     FilmNm,
+    /// The reflectance at normal incidence of Schlick's term.
+    F0,
 }
 
 impl Kind {
@@ -25,6 +27,7 @@ impl Kind {
             Kind::Ior => "index",
             Kind::Exponent => "exponent",
             Kind::FilmNm => "thickness in nm",
+            Kind::F0 => "F0",
         }
     }
 
@@ -34,6 +37,7 @@ impl Kind {
             Kind::Ior => "refractive indices",
             Kind::Exponent => "exponents",
             Kind::FilmNm => "film thicknesses",
+            Kind::F0 => "F0",
         }
     }
 
@@ -41,7 +45,7 @@ impl Kind {
     pub(super) fn note(self) -> &'static str {
         match self {
             Kind::Ior => "; an index of 1 is no interface",
-            Kind::Exponent | Kind::FilmNm => "",
+            Kind::Exponent | Kind::FilmNm | Kind::F0 => "",
         }
     }
 
@@ -51,6 +55,7 @@ impl Kind {
             Kind::Ior => "dielectric".into(),
             Kind::Exponent => "power".into(),
             Kind::FilmNm => fresnel.with_film_nm(0.0).to_string(),
+            Kind::F0 => "f0".into(),
         }
     }
 }
@@ -70,6 +75,8 @@ pub enum SliceAxis {
     CyclesExponent,
     /// Evenly from one thickness in nm to another.
     FilmNm([f64; 2]),
+    /// Evenly from one F0 to another.
+    F0([f64; 2]),
 }
 
 /// Names of the maps without numbers.
@@ -95,7 +102,7 @@ struct Linear {
     axis: fn([f64; 2]) -> SliceAxis,
 }
 
-static LINEAR: [Linear; 2] = [
+static LINEAR: [Linear; 3] = [
     Linear {
         prefix: "ior=",
         range: IOR_RANGE,
@@ -110,6 +117,7 @@ static LINEAR: [Linear; 2] = [
         fits: |_, _| true,
         axis: SliceAxis::FilmNm,
     },
+    Linear { prefix: "f0=", range: [0.0, 1.0], rule: "reflectances", fits: |_, _| true, axis: SliceAxis::F0 },
 ];
 
 impl SliceAxis {
@@ -138,6 +146,7 @@ impl SliceAxis {
             SliceAxis::Ior(_) | SliceAxis::FromF0 | SliceAxis::InverseFromF0 | SliceAxis::Openpbr => Kind::Ior,
             SliceAxis::CyclesExponent => Kind::Exponent,
             SliceAxis::FilmNm(_) => Kind::FilmNm,
+            SliceAxis::F0(_) => Kind::F0,
         }
     }
 
@@ -148,7 +157,9 @@ impl SliceAxis {
             Points::Edges => f64::from(i) / f64::from(len - 1),
         };
         match self {
-            SliceAxis::Ior([from, to]) | SliceAxis::FilmNm([from, to]) => from + (to - from) * position(i, len),
+            SliceAxis::Ior([from, to]) | SliceAxis::FilmNm([from, to]) | SliceAxis::F0([from, to]) => {
+                from + (to - from) * position(i, len)
+            }
             SliceAxis::FromF0 => {
                 let f0_root = position(i, len).min(MOST_OF_CYCLES).powi(2);
                 (1.0 + f0_root) / (1.0 - f0_root)
@@ -173,6 +184,7 @@ impl fmt::Display for SliceAxis {
         match self {
             SliceAxis::Ior([from, to]) => write!(f, "ior={from}/{to}"),
             SliceAxis::FilmNm([from, to]) => write!(f, "film_nm={from}/{to}"),
+            SliceAxis::F0([from, to]) => write!(f, "f0={from}/{to}"),
             named => f.write_str(NAMES.iter().find(|(_, axis)| axis == named).map_or("", |(name, _)| name)),
         }
     }
@@ -202,11 +214,14 @@ mod tests {
         near(linear.value(0, 4, edges), 1.1);
         near(linear.value(0, 4, Points::Centers), 1.225);
         near(SliceAxis::FilmNm([100.0, 500.0]).value(1, 3, edges), 300.0);
-        for axis in [linear, SliceAxis::FilmNm([0.0, 1200.0])].into_iter().chain(NAMES.map(|(_, axis)| axis)) {
+        for axis in [linear, SliceAxis::FilmNm([0.0, 1200.0]), SliceAxis::F0([0.0, 1.0])]
+            .into_iter()
+            .chain(NAMES.map(|(_, axis)| axis))
+        {
             assert_eq!(SliceAxis::parse(&axis.to_string()).expect("over slices").expect("its own name"), axis);
         }
         assert!(SliceAxis::parse("roughness").is_none());
-        for bad in ["ior=", "ior=1.5", "ior=0.5/2", "ior=1.5/1.5", "ior=1.5/x", "ior=1.5/9", "film_nm=-1/9"] {
+        for bad in ["ior=", "ior=1.5", "ior=0.5/2", "ior=1.5/1.5", "ior=1.5/x", "ior=1.5/9", "film_nm=-1/9", "f0=0/2"] {
             assert!(SliceAxis::parse(bad).expect("over slices").is_err(), "{bad}");
         }
     }

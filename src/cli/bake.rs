@@ -21,7 +21,7 @@ use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass, glass-average or schlick-weight
+    /// split-sum, albedo, average-albedo, glass, glass-average, schlick-weight, kulla-conty or turquin
     table: String,
     /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
@@ -58,6 +58,9 @@ pub struct BakeArgs {
     /// schlick-weight: power of 1 - v.h that F90 is weighted with [default: 5]
     #[arg(long, value_name = "P", group = "fresnel")]
     exponent: Option<f64>,
+    /// kulla-conty and turquin: Schlick's reflectance at normal incidence [default: 0.04]
+    #[arg(long, value_name = "F0", group = "fresnel")]
+    f0: Option<f64>,
     /// A thin film of this refractive index and thickness in nm on that dielectric or metal; without a thickness where the
     /// axis film_nm has it. A bubble has --ior 1
     #[arg(long, value_name = "INDEX[,NM]", value_delimiter = ',', requires = "fresnel")]
@@ -70,7 +73,8 @@ pub struct BakeArgs {
     material: Option<String>,
     /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; last of
     /// all, for a slice each, of glass and schlick-weight ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or
-    /// openpbr_ior, of schlick-weight cycles_exponent, of albedos with a film film_nm=FROM/TO [default:
+    /// openpbr_ior, of schlick-weight cycles_exponent, of albedos with a film film_nm=FROM/TO,
+    /// of kulla-conty and turquin f0=FROM/TO [default:
     /// n_dot_v,roughness]
     #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',')]
     axes: Option<Vec<String>>,
@@ -104,10 +108,11 @@ impl BakeArgs {
         let start = Instant::now();
 
         // Everything that can be refused is refused before any work.
-        let mut fresnel = match (self.exponent, self.ior) {
-            (Some(exponent), _) => Some(Fresnel::power(exponent)?),
+        let mut fresnel = match (self.exponent, self.f0, self.ior) {
+            (Some(exponent), ..) => Some(Fresnel::power(exponent)?),
+            (_, Some(f0), _) => Some(Fresnel::schlick(f0)?),
             // A film has air below it as well.
-            (None, Some(1.0)) if self.film.is_some() => Some(Fresnel::interface(1.0)),
+            (.., Some(1.0)) if self.film.is_some() => Some(Fresnel::interface(1.0)),
             _ => fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?,
         };
         let target = self.target.as_deref().map(target::parse).transpose()?;

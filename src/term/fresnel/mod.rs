@@ -54,7 +54,7 @@ pub struct Optics {
     pub eta: [f64; 3],
     /// Extinction coefficient, for conductors.
     pub k: [f64; 3],
-    /// What else a term needs: an exponent, an index that is rescaled, index and thickness in nm of a film. No shader reads it.
+    /// What else a term needs: Schlick's F0 where it is given, an exponent, an index that is rescaled, index and thickness in nm of a film. No shader reads it.
     pub given: [f64; 2],
 }
 
@@ -92,6 +92,23 @@ impl Fresnel {
     pub const ONE: Fresnel = Fresnel { term: &one::ONE, optics: Optics::NONE };
     /// Schlick's split.
     pub const SCHLICK: Fresnel = Fresnel { term: &schlick::SCHLICK, optics: Optics::NONE };
+
+    /// Schlick's term of common glass.
+    pub const GLASS: Fresnel =
+        Fresnel { term: &schlick::SCHLICK, optics: Optics { given: [0.04, 0.0], ..Optics::NONE } };
+
+    /// Schlick's term at a reflectance at normal incidence.
+    pub fn schlick(f0: f64) -> Result<Fresnel> {
+        if !(0.0..=1.0).contains(&f0) {
+            return Err(Error::usage(format!("an F0 of {f0} is no reflectance"), "give a number from 0 to 1"));
+        }
+        Ok(Fresnel { optics: Optics { given: [f0, 0.0], ..Optics::NONE }, ..Fresnel::SCHLICK })
+    }
+
+    /// F0 of Schlick's term; 0 where a shader completes the split.
+    pub fn f0(&self) -> f64 {
+        if std::ptr::eq(self.term, &schlick::SCHLICK) { self.optics.given[0] } else { 0.0 }
+    }
 
     /// A dielectric of refractive index `ior` over the index of the medium that light comes from: above 1 seen from
     /// outside, below 1 from inside.
@@ -194,6 +211,7 @@ impl Fresnel {
         match name {
             "one" if list.is_empty() => Ok(Fresnel::ONE),
             "schlick" if list.is_empty() => Ok(Fresnel::SCHLICK),
+            "schlick" => Fresnel::schlick(*numbers("f0")?.first().ok_or_else(bad)?),
             "dielectric" => Fresnel::dielectric(*numbers("ior")?.first().ok_or_else(bad)?),
             "conductor" => Fresnel::conductor(three("eta")?, three("k")?),
             "power" => Fresnel::power(*numbers("exponent")?.first().ok_or_else(bad)?),
@@ -242,6 +260,7 @@ impl fmt::Display for Fresnel {
             // Outside and inside are one term to a user: the index tells them apart.
             "dielectric" | "internal" => write!(f, "dielectric:ior={}", eta[0]),
             "conductor" => write!(f, "conductor:eta={},k={}", list(eta), list(k)),
+            "schlick" if given[0] != 0.0 => write!(f, "schlick:f0={}", given[0]),
             "film" => write!(f, "film:ior={},nm={},eta={},k={}", given[0], given[1], list(eta), list(k)),
             "power" => write!(f, "power:exponent={}", given[0]),
             "rescaled" => write!(f, "rescaled:ior={}", given[0]),
@@ -254,12 +273,13 @@ impl fmt::Display for Fresnel {
 mod tests {
     use super::*;
 
-    const EVERY: [&str; 9] = [
+    const EVERY: [&str; 10] = [
         "one",
         "schlick",
         "dielectric:ior=1.5",
         "dielectric:ior=0.5",
         "conductor:eta=0.2/1/1.5,k=3/2.5/2",
+        "schlick:f0=0.04",
         "power:exponent=0.5",
         "power:exponent=inf",
         "rescaled:ior=1.5",
