@@ -29,11 +29,13 @@ pub struct Glass;
 pub(super) const WINDOW: Fresnel =
     Fresnel { term: &dielectric::DIELECTRIC, optics: Optics { eta: [1.5; 3], ..Optics::NONE } };
 
-static CHANNELS: [Channel; 3] = [
+static CHANNELS: [Channel; 4] = [
     channel("reflected", "share that single scattering reflects"),
     channel("transmitted", "share that single scattering transmits, of power"),
     channel("total", "reflected + transmitted"),
+    channel("lost", "1 - total: what single scattering loses"),
 ];
+static UNREFLECTED: Channel = channel("unreflected", "1 - reflected: what single scattering does not reflect");
 
 static FACTS: Facts = Facts {
     name: "glass",
@@ -41,7 +43,7 @@ static FACTS: Facts = Facts {
     source: "Walter, Marschner, Li, Torrance 2007, Microfacet Models for Refraction through Rough Surfaces",
     usage: "energy that single scattering loses = 1 - total; both lobes divided by total keep all",
     channels: |_| &CHANNELS,
-    complement: None,
+    complement: Some(&UNREFLECTED),
     default_channels: |_| &["reflected", "transmitted"],
     fresnel: WINDOW,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
@@ -92,9 +94,10 @@ pub(super) fn is_nothing(model: &Model) -> bool {
     model.fresnel.optics.eta[0] == 1.0
 }
 
-/// (reflected, transmitted, total) from what is reflected and transmitted.
+/// (reflected, transmitted, total, lost) from what is reflected and transmitted.
 pub(super) fn channels(reflected: f64, transmitted: f64) -> Values {
-    [reflected, transmitted, reflected + transmitted, 0.0]
+    let total = reflected + transmitted;
+    [reflected, transmitted, total, 1.0 - total]
 }
 
 /// Both by the rule.

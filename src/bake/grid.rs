@@ -91,7 +91,7 @@ impl Grid<'_> {
     fn on_gpu(&self, gpu: &Gpu, model: &Model, method: Method, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         let name = model.kernel(method);
         let bindings = if matches!(method, Method::Cone | Method::ConeElliptic) { 4 } else { 5 };
-        let kernel = gpu.kernel(&name, &shaders::spirv(&name), bindings, size_of::<Slice>() as u32)?;
+        let kernel = gpu.kept_kernel(&name, &shaders::spirv(&name), bindings, size_of::<Slice>() as u32)?;
         let n_dot_v: Vec<f32> = self.n_dot_v.iter().map(|x| *x as f32).collect();
         let n_dot_v = gpu.upload("n_dot_v", &n_dot_v)?;
         let padded = |x: [f64; 3]| [x[0] as f32, x[1] as f32, x[2] as f32, 0.0];

@@ -19,11 +19,15 @@ use super::Global;
 use super::console::Console;
 use super::storage::{self, StorageArgs};
 
-#[derive(clap::Args)]
+/// The name that stands for all tables of an engine.
+const SET: &str = "set";
+
+#[derive(clap::Args, Clone)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass, glass-average, schlick-weight, kulla-conty or turquin
+    /// split-sum, albedo, average-albedo, glass, glass-average, schlick-weight, kulla-conty or turquin; set for all that the
+    /// engine of --for takes, by its own names
     table: String,
-    /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
+    /// File to write, of a set the folder; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
     output: Option<PathBuf>,
     /// Engine that loads the file: sets all that follows and is not given; see `brdf-baker list targets`
@@ -105,6 +109,64 @@ pub struct BakeArgs {
 
 impl BakeArgs {
     pub fn run(self, global: &Global, console: &mut Console) -> Result<()> {
+        match self.table.as_str() {
+            SET => self.run_set(global, console),
+            _ => self.run_one(&mut None, global, console),
+        }
+    }
+
+    /// Bakes every table of an engine, one file after the other: each appears whole or not at all.
+    fn run_set(self, global: &Global, console: &mut Console) -> Result<()> {
+        let Some(target) = self.target.as_deref().map(target::parse).transpose()? else {
+            return Err(Error::usage("a set is that of an engine", "name it, e.g. bake set --for blender -o FOLDER"));
+        };
+        if let Some(name) = self.altered() {
+            return Err(Error::usage(
+                format!("--{name} does not go with a set, whose tables are as {} takes them", target.name),
+                "bake the table that should differ by its own name",
+            ));
+        }
+        if target.tables.is_empty() {
+            let what = format!("{} takes no tables: it computes its own", target.name);
+            return Err(Error::usage(what, "`brdf-baker env` has a preset for it"));
+        }
+        let folder = self.output.clone().unwrap_or_else(|| ".".into());
+        std::fs::create_dir_all(&folder).map_err(|e| Error::io("create", &folder, e))?;
+        let mut backend = None;
+        for preset in target.tables {
+            let output = Some(folder.join(preset.stem).with_extension(preset.extension));
+            let one = BakeArgs { table: preset.stem.into(), output, ..self.clone() };
+            one.run_one(&mut backend, global, console)?;
+        }
+        Ok(())
+    }
+
+    /// An argument that makes a table differ from what an engine takes.
+    fn altered(&self) -> Option<&'static str> {
+        let given = [
+            ("size", self.size.is_some()),
+            ("ndf", self.ndf.is_some()),
+            ("visibility", self.visibility.is_some()),
+            ("ior", self.ior.is_some()),
+            ("eta-k", self.eta_k.is_some()),
+            ("material", self.material.is_some()),
+            ("exponent", self.exponent.is_some()),
+            ("f0", self.f0.is_some()),
+            ("film", self.film.is_some()),
+            ("roughness", self.roughness.is_some()),
+            ("axes", self.axes.is_some()),
+            ("points", self.points.is_some()),
+            ("flip-v", self.flip_v.is_some()),
+            ("exact-rows", self.exact_rows),
+            ("channels", self.channels.is_some()),
+            ("encoding", self.encoding.is_some()),
+            ("of", self.of.is_some()),
+        ];
+        given.into_iter().find(|(_, is)| *is).map(|(name, _)| name)
+    }
+
+    /// Bakes one table. The device is opened where there is none yet.
+    fn run_one(self, device: &mut Option<Backend>, global: &Global, console: &mut Console) -> Result<()> {
         let start = Instant::now();
 
         // Everything that can be refused is refused before any work.
@@ -192,12 +254,15 @@ impl BakeArgs {
 
         // A weighted sum of texels is no work for a device.
         let backend = match &albedo {
-            Some(_) => Backend::Cpu,
-            None => Backend::open(&global.device, global.validate)?,
+            Some(_) => &Backend::Cpu,
+            None => match device {
+                Some(open) => open,
+                None => device.insert(Backend::open(&global.device, global.validate)?),
+            },
         };
         let mut texture = match &albedo {
             Some((_, albedo, encoding)) => facts.average(albedo, *encoding)?,
-            None => job.run(&backend, &mut |p| console.progress(p))?,
+            None => job.run(backend, &mut |p| console.progress(p))?,
         };
         let report = job.check(&texture, &mut |p| console.progress(p))?;
         if let Some(failure) = report.failures.first() {
