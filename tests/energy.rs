@@ -701,6 +701,45 @@ fn volumes_are_baked_verified_and_described() {
     assert!(!here.join("a.ktx2").exists());
 }
 
+#[test]
+fn anisotropic_albedo_is_baked_over_azimuth() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let axes = ["--axes", "n_dot_v,roughness,azimuth=0/90", "--points", "edges", "--size", "5x4x3"];
+    let bake =
+        |more: &[&'static str]| [&["bake", "albedo", "-o", "e.ktx2", "--encoding", "r32f"], more, &axes[..]].concat();
+    succeeds(here, &bake(&["--ndf", "ggx:ratio=0.3"]));
+    let info = succeeds(here, &["info", "e.ktx2"]);
+    for word in ["ggx:ratio=0.3", "azimuth=0/90", "azimuth in degrees 0.000000, the last 90"] {
+        assert!(info.contains(word), "'{word}' is not in: {info}");
+    }
+    assert!(succeeds(here, &["verify", "e.ktx2", "--full"]).contains("3 of 3 were looked at"));
+    let (texture, _) = format::Ktx2.read(&here.join("e.ktx2")).unwrap();
+    let model = Model::parse("ggx:ratio=0.3,azimuth=45", "smith").unwrap();
+    let expected = model.rule(At { n_dot_v: 0.5, roughness: 2.0 / 3.0 })[0];
+    let found = texture.texel(0, 1, 2, 2)[0];
+    assert!((f64::from(found) - expected).abs() < 2e-6, "{found} {expected}");
+    std::fs::remove_file(here.join("e.ktx2")).unwrap();
+    fails(here, 2, &bake(&[]), &["azimuths over the distribution 'ggx'", "ggx:ratio=0.3"]);
+    fails(here, 2, &bake(&["--ndf", "ggx:ratio=0.3,azimuth=5"]), &["without its azimuth"]);
+    assert!(!here.join("e.ktx2").exists());
+}
+
+#[test]
+fn diffuse_albedos_are_baked_and_verified() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let channels = ["--channels", "oren-nayar,oren-nayar-full,eon-single,disney-diffuse"];
+    succeeds(here, &[&["bake", "albedo", "-o", "d.exr", "--size", "12", "--points", "edges"], &channels[..]].concat());
+    assert!(succeeds(here, &["verify", "d.exr", "--full"]).contains("right"));
+    // A fault: another roughness.
+    let path = here.join("d.exr");
+    let (mut texture, encoding) = format::Exr.read(&path).unwrap();
+    texture.levels[0].chunks_exact_mut(4).for_each(|texel| texel[1] *= 1.01);
+    std::fs::write(&path, format::Exr.to_bytes(&path, &texture, encoding.into()).unwrap()).unwrap();
+    fails(here, 1, &["verify", "d.exr", "--full"], &["oren-nayar-full"]);
+}
+
 /// Texels in the order of the published entries: slices, rows of n·v, columns of roughness.
 fn compare(name: &str, texels: &[f32]) {
     for line in CYCLES.lines().filter(|l| l.split(' ').next() == Some(name)) {

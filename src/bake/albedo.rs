@@ -7,7 +7,7 @@
 
 use super::grid::Grid;
 use super::slice_axis::Kind;
-use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
+use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, TableRequest, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::{Error, Result};
 use crate::progress::OnProgress;
@@ -31,7 +31,7 @@ static FACTS: Facts = Facts {
     default_channels: |fresnel| by_reflectances(fresnel, &["albedo"], &["reflected"], &["red", "green", "blue"]),
     fresnel: Fresnel::ONE,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
-    slices: FILM_SLICES,
+    slices: &[OVER_FILM, OVER_AZIMUTH],
     rule: Model::rule_name,
     tolerance: Tolerance {
         worst: 1e-6,
@@ -42,10 +42,21 @@ static FACTS: Facts = Facts {
 };
 
 /// Over thicknesses of the film that was asked for.
-pub(super) static FILM_SLICES: &[(Kind, AtNumber)] = &[(Kind::FilmNm, |nm, given| match given {
-    Some(fresnel) if fresnel.term.name == "film" => Ok(fresnel.with_film_nm(nm)),
+pub(super) const OVER_FILM: (Kind, AtNumber) = (Kind::FilmNm, |nm, request| match request.fresnel {
+    Some(fresnel) if fresnel.term.name == "film" => {
+        Ok(TableRequest { fresnel: Some(fresnel.with_film_nm(nm)), ..request })
+    }
     _ => Err(Error::usage("film thicknesses without a film", "give its refractive index, --film 1.33, and its base")),
-})];
+});
+
+/// Over azimuths of an anisotropic lobe, in degrees: with a file for each ratio all that it depends on.
+const OVER_AZIMUTH: (Kind, AtNumber) = (Kind::Azimuth, |degrees, request| {
+    if !request.ndf.contains("ratio=") || request.ndf.contains("azimuth=") {
+        let what = format!("an axis of azimuths over the distribution '{}'", request.ndf);
+        return Err(Error::usage(what, "give an anisotropic lobe without its azimuth, --ndf ggx:ratio=0.3"));
+    }
+    Ok(TableRequest { ndf: format!("{},azimuth={degrees}", request.ndf), ..request })
+});
 
 /// A channel of shares, in [0, 1].
 pub(super) const fn channel(name: &'static str, meaning: &'static str) -> Channel {

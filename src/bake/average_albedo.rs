@@ -9,7 +9,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::albedo::{FILM_SLICES, by_reflectances, channel, interference, of_colour};
+use super::albedo::{OVER_FILM, by_reflectances, channel, interference, of_colour};
 use super::grid::Grid;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
@@ -76,7 +76,7 @@ static FACTS: Facts = Facts {
     default_channels: |fresnel| by_reflectances(fresnel, &["average"], &["reflected"], &["red", "green", "blue"]),
     fresnel: Fresnel::ONE,
     axes: &[Coordinate::Roughness],
-    slices: FILM_SLICES,
+    slices: &[OVER_FILM],
     rule: |model| format!("{} Gauss-Legendre nodes of sqrt(n_dot_v) x {}", nodes(model).len(), model.rule_name()),
     tolerance: Tolerance {
         worst: 1e-6,

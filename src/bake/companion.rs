@@ -4,6 +4,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
+use super::diffuse::{self, Diffuse};
 use super::grid::Grid;
 use super::{At, Backend, Channel, Model, Tolerance};
 use crate::error::Result;
@@ -32,6 +33,8 @@ enum Kind {
     Charlie(usize),
     /// Unity's diffuse term of fabric: 1 − alpha/2, a constant of l and v.
     FabricLambert,
+    /// A rough diffuse BRDF.
+    Diffuse(&'static Diffuse),
     /// Burley's diffuse term as Unity normalises it.
     DisneyDiffuse,
 }
@@ -86,6 +89,33 @@ pub static COMPANIONS: &[Companion] = &[
         source: "Unity's BSDF.hlsl, FabricLambert",
         kind: Kind::FabricLambert,
     },
+    Companion {
+        channel: Channel {
+            name: "oren-nayar",
+            meaning: "directional albedo of Oren's and Nayar's simple form, sigma = roughness in radians",
+            range: [0.0, 1.0],
+        },
+        source: "Oren, Nayar 1994, Generalization of Lambert's Reflectance Model, Eq. 30",
+        kind: Kind::Diffuse(&diffuse::OREN_NAYAR),
+    },
+    Companion {
+        channel: Channel {
+            name: "oren-nayar-full",
+            meaning: "directional albedo of Oren's and Nayar's full form, second bounce included; exceeds 1 at grazing",
+            range: [0.0, 1.5],
+        },
+        source: "Oren, Nayar 1994, Generalization of Lambert's Reflectance Model, Eq. 27 to 29",
+        kind: Kind::Diffuse(&diffuse::OREN_NAYAR_FULL),
+    },
+    Companion {
+        channel: Channel {
+            name: "eon-single",
+            meaning: "directional albedo of EON's single scattering (Fujii's form); multiple scattering returns the rest of 1",
+            range: [0.0, 1.0],
+        },
+        source: "Portsmouth, Kutz, Hill 2025, EON: A Practical Energy-Preserving Rough Diffuse BRDF",
+        kind: Kind::Diffuse(&diffuse::FUJII),
+    },
 ];
 
 impl Companion {
@@ -94,7 +124,7 @@ impl Companion {
         let (ndf, visibility, fresnel) = match self.kind {
             Kind::Albedo { ndf, visibility } => (ndf, visibility, Fresnel::ONE),
             Kind::Charlie(_) => ("charlie", "charlie", Fresnel::SCHLICK),
-            Kind::DisneyDiffuse | Kind::FabricLambert => return None,
+            Kind::DisneyDiffuse | Kind::FabricLambert | Kind::Diffuse(_) => return None,
         };
         let model = Model::parse(ndf, visibility).expect("companions name models of the registries");
         Some(model.with(fresnel))
@@ -112,6 +142,7 @@ impl Companion {
     fn closed_form(&self, at: At) -> f64 {
         match self.kind {
             Kind::FabricLambert => 1.0 - 0.5 * alpha_of(at.roughness),
+            Kind::Diffuse(diffuse) => (diffuse.rule)(at.n_dot_v, at.roughness),
             _ => disney_diffuse(at),
         }
     }
@@ -121,7 +152,7 @@ impl Companion {
     pub fn range(&self, roughness: f64) -> [f32; 2] {
         match self.kind {
             Kind::Albedo { .. } => [0.0, (0.25 / roughness).max(1.0) as f32],
-            Kind::DisneyDiffuse | Kind::Charlie(_) | Kind::FabricLambert => self.channel.range,
+            Kind::DisneyDiffuse | Kind::Charlie(_) | Kind::FabricLambert | Kind::Diffuse(_) => self.channel.range,
         }
     }
 
@@ -142,8 +173,11 @@ impl Companion {
     pub fn rule_name(&self) -> String {
         match self.model() {
             Some(model) => model.rule_name(),
-            None if matches!(self.kind, Kind::FabricLambert) => "closed form".into(),
-            None => format!("Gauss-Legendre, {DIFFUSE_NODES} nodes, which is exact"),
+            None => match self.kind {
+                Kind::FabricLambert => "closed form".into(),
+                Kind::Diffuse(diffuse) => diffuse.rule_name.into(),
+                _ => format!("Gauss-Legendre, {DIFFUSE_NODES} nodes, which is exact"),
+            },
         }
     }
 
@@ -154,8 +188,11 @@ impl Companion {
                 let found = truth::albedo(&model, at.n_dot_v, at.roughness, tolerance);
                 Estimate { value: [self.of_weights(found.value)], error: found.error }
             }
-            None if matches!(self.kind, Kind::FabricLambert) => fabric_truth(at, tolerance),
-            None => disney_diffuse_truth(at, tolerance),
+            None => match self.kind {
+                Kind::FabricLambert => fabric_truth(at, tolerance),
+                Kind::Diffuse(diffuse) => diffuse.truth(at, tolerance),
+                _ => disney_diffuse_truth(at, tolerance),
+            },
         }
     }
 

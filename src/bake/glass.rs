@@ -13,7 +13,7 @@
 use super::albedo::channel;
 use super::grid::Grid;
 use super::slice_axis::Kind;
-use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
+use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, TableRequest, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::{Error, Result};
 use crate::progress::OnProgress;
@@ -61,8 +61,8 @@ pub(super) const TOLERANCE: Tolerance = Tolerance {
 };
 
 /// Over indices, of either side, 1 for no interface included.
-pub(super) static SLICES: &[(Kind, AtNumber)] = &[(Kind::Ior, |ior, given| match given {
-    None => Ok(Fresnel::interface(ior)),
+pub(super) static SLICES: &[(Kind, AtNumber)] = &[(Kind::Ior, |ior, request| match request.fresnel {
+    None => Ok(TableRequest { fresnel: Some(Fresnel::interface(ior)), ..request }),
     Some(_) => Err(Error::usage("an index beside an axis of indices", "drop --ior, or the axis")),
 })];
 

@@ -9,7 +9,7 @@
 use super::albedo::channel;
 use super::average_albedo::AverageAlbedo;
 use super::slice_axis::Kind;
-use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
+use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, TableRequest, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::{Error, Result};
 use crate::progress::OnProgress;
@@ -23,8 +23,8 @@ static CHANNELS: [Channel; 1] =
     [channel("tint", "F_avg^2 average / (1 - F_avg (1 - average)), F_avg = (20 F0 + 1)/21")];
 
 /// Over F0.
-pub(super) static SLICES: &[(Kind, AtNumber)] = &[(Kind::F0, |f0, given| match given {
-    None => Fresnel::schlick(f0),
+pub(super) static SLICES: &[(Kind, AtNumber)] = &[(Kind::F0, |f0, request| match request.fresnel {
+    None => Ok(TableRequest { fresnel: Some(Fresnel::schlick(f0)?), ..request }),
     Some(_) => Err(Error::usage("an F0 beside an axis of F0", "drop --f0, or the axis")),
 })];
 

@@ -5,6 +5,7 @@ pub mod atlas;
 mod average_albedo;
 pub mod backend;
 pub mod companion;
+mod diffuse;
 mod glass;
 mod glass_average;
 pub mod grid;
@@ -91,8 +92,8 @@ impl Tolerance {
     }
 }
 
-/// The Fresnel term of a slice, from its number and the term that was asked for.
-pub type AtNumber = fn(f64, Option<Fresnel>) -> Result<Fresnel>;
+/// The request for a slice, from its number and the request for all.
+pub type AtNumber = fn(f64, TableRequest) -> Result<TableRequest>;
 
 /// What a table is.
 pub struct Facts {
@@ -114,7 +115,7 @@ pub struct Facts {
     pub fresnel: Fresnel,
     /// Its axes, x first, unless told otherwise.
     pub axes: &'static [Coordinate],
-    /// The axes over slices that it may have, and the Fresnel term at a number of each, from the one that was asked for.
+    /// The axes over slices that it may have, and the request for a slice at a number of each.
     pub slices: &'static [(Kind, AtNumber)],
     /// The rule and its number of nodes, for the file's certificate.
     pub rule: fn(&Model) -> String,

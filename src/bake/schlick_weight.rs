@@ -12,7 +12,7 @@ use super::albedo::channel;
 use super::grid::Grid;
 use super::model::MASKING;
 use super::slice_axis::Kind;
-use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
+use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, TableRequest, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::{Error, Result};
 use crate::progress::OnProgress;
@@ -30,14 +30,16 @@ static CHANNELS: [Channel; 1] = [channel("weight", "mean weight of F90 over the 
 
 /// Over exponents, or over indices of dielectrics from outside.
 static SLICES: &[(Kind, AtNumber)] = &[
-    (Kind::Exponent, |exponent, given| alone(given).and_then(|()| Fresnel::power(exponent))),
-    (Kind::Ior, |ior, given| alone(given).and_then(|()| Fresnel::rescaled(ior))),
+    (Kind::Exponent, |exponent, request| with(request, Fresnel::power(exponent)?)),
+    (Kind::Ior, |ior, request| with(request, Fresnel::rescaled(ior)?)),
 ];
 
-fn alone(given: Option<Fresnel>) -> Result<()> {
-    given.map_or(Ok(()), |_| {
-        Err(Error::usage("an exponent or index beside an axis of them", "drop --exponent and --ior, or the axis"))
-    })
+fn with(request: TableRequest, fresnel: Fresnel) -> Result<TableRequest> {
+    if request.fresnel.is_some() {
+        let what = "an exponent or index beside an axis of them";
+        return Err(Error::usage(what, "drop --exponent and --ior, or the axis"));
+    }
+    Ok(TableRequest { fresnel: Some(fresnel), ..request })
 }
 
 static FACTS: Facts = Facts {

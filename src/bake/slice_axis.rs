@@ -1,4 +1,5 @@
-//! What runs over the slices of a volume: a number of the Fresnel term at every position of the third axis.
+//! What runs over the slices of a volume: a number of the Fresnel term, or of the distribution, at every position of the
+//! third axis.
 
 use std::fmt;
 
@@ -18,6 +19,8 @@ pub enum Kind {
     FilmNm,
     /// The reflectance at normal incidence of Schlick's term.
     F0,
+    /// The azimuth between the view and the wide axis of an anisotropic lobe.
+    Azimuth,
 }
 
 impl Kind {
@@ -28,6 +31,7 @@ impl Kind {
             Kind::Exponent => "exponent",
             Kind::FilmNm => "thickness in nm",
             Kind::F0 => "F0",
+            Kind::Azimuth => "azimuth in degrees",
         }
     }
 
@@ -38,6 +42,7 @@ impl Kind {
             Kind::Exponent => "exponents",
             Kind::FilmNm => "film thicknesses",
             Kind::F0 => "F0",
+            Kind::Azimuth => "azimuths",
         }
     }
 
@@ -45,7 +50,7 @@ impl Kind {
     pub(super) fn note(self) -> &'static str {
         match self {
             Kind::Ior => "; an index of 1 is no interface",
-            Kind::Exponent | Kind::FilmNm | Kind::F0 => "",
+            Kind::Exponent | Kind::FilmNm | Kind::F0 | Kind::Azimuth => "",
         }
     }
 
@@ -56,6 +61,7 @@ impl Kind {
             Kind::Exponent => "power".into(),
             Kind::FilmNm => fresnel.with_film_nm(0.0).to_string(),
             Kind::F0 => "f0".into(),
+            Kind::Azimuth => fresnel.to_string(),
         }
     }
 }
@@ -77,6 +83,8 @@ pub enum SliceAxis {
     FilmNm([f64; 2]),
     /// Evenly from one F0 to another.
     F0([f64; 2]),
+    /// Evenly from one azimuth in degrees to another.
+    Azimuth([f64; 2]),
 }
 
 /// Names of the maps without numbers.
@@ -102,7 +110,7 @@ struct Linear {
     axis: fn([f64; 2]) -> SliceAxis,
 }
 
-static LINEAR: [Linear; 3] = [
+static LINEAR: [Linear; 4] = [
     Linear {
         prefix: "ior=",
         range: IOR_RANGE,
@@ -118,6 +126,7 @@ static LINEAR: [Linear; 3] = [
         axis: SliceAxis::FilmNm,
     },
     Linear { prefix: "f0=", range: [0.0, 1.0], rule: "reflectances", fits: |_, _| true, axis: SliceAxis::F0 },
+    Linear { prefix: "azimuth=", range: [0.0, 90.0], rule: "degrees", fits: |_, _| true, axis: SliceAxis::Azimuth },
 ];
 
 impl SliceAxis {
@@ -147,6 +156,7 @@ impl SliceAxis {
             SliceAxis::CyclesExponent => Kind::Exponent,
             SliceAxis::FilmNm(_) => Kind::FilmNm,
             SliceAxis::F0(_) => Kind::F0,
+            SliceAxis::Azimuth(_) => Kind::Azimuth,
         }
     }
 
@@ -157,9 +167,10 @@ impl SliceAxis {
             Points::Edges => f64::from(i) / f64::from(len - 1),
         };
         match self {
-            SliceAxis::Ior([from, to]) | SliceAxis::FilmNm([from, to]) | SliceAxis::F0([from, to]) => {
-                from + (to - from) * position(i, len)
-            }
+            SliceAxis::Ior([from, to])
+            | SliceAxis::FilmNm([from, to])
+            | SliceAxis::F0([from, to])
+            | SliceAxis::Azimuth([from, to]) => from + (to - from) * position(i, len),
             SliceAxis::FromF0 => {
                 let f0_root = position(i, len).min(MOST_OF_CYCLES).powi(2);
                 (1.0 + f0_root) / (1.0 - f0_root)
@@ -185,6 +196,7 @@ impl fmt::Display for SliceAxis {
             SliceAxis::Ior([from, to]) => write!(f, "ior={from}/{to}"),
             SliceAxis::FilmNm([from, to]) => write!(f, "film_nm={from}/{to}"),
             SliceAxis::F0([from, to]) => write!(f, "f0={from}/{to}"),
+            SliceAxis::Azimuth([from, to]) => write!(f, "azimuth={from}/{to}"),
             named => f.write_str(NAMES.iter().find(|(_, axis)| axis == named).map_or("", |(name, _)| name)),
         }
     }
@@ -214,14 +226,25 @@ mod tests {
         near(linear.value(0, 4, edges), 1.1);
         near(linear.value(0, 4, Points::Centers), 1.225);
         near(SliceAxis::FilmNm([100.0, 500.0]).value(1, 3, edges), 300.0);
-        for axis in [linear, SliceAxis::FilmNm([0.0, 1200.0]), SliceAxis::F0([0.0, 1.0])]
-            .into_iter()
-            .chain(NAMES.map(|(_, axis)| axis))
+        for axis in
+            [linear, SliceAxis::FilmNm([0.0, 1200.0]), SliceAxis::F0([0.0, 1.0]), SliceAxis::Azimuth([0.0, 90.0])]
+                .into_iter()
+                .chain(NAMES.map(|(_, axis)| axis))
         {
             assert_eq!(SliceAxis::parse(&axis.to_string()).expect("over slices").expect("its own name"), axis);
         }
         assert!(SliceAxis::parse("roughness").is_none());
-        for bad in ["ior=", "ior=1.5", "ior=0.5/2", "ior=1.5/1.5", "ior=1.5/x", "ior=1.5/9", "film_nm=-1/9", "f0=0/2"] {
+        for bad in [
+            "ior=",
+            "ior=1.5",
+            "ior=0.5/2",
+            "ior=1.5/1.5",
+            "ior=1.5/x",
+            "ior=1.5/9",
+            "film_nm=-1/9",
+            "f0=0/2",
+            "azimuth=0/91",
+        ] {
             assert!(SliceAxis::parse(bad).expect("over slices").is_err(), "{bad}");
         }
     }

@@ -1,9 +1,9 @@
-//! Tables over a number of the Fresnel term as well ([`SliceAxis`]): a slice of the table for each. Over n·v, roughness and
+//! Tables over a number of the Fresnel term or of the distribution as well ([`SliceAxis`]): a slice of the table for each. Over n·v, roughness and
 //! that number a file holds a 3-D texture; a table over one of the two and that number is flat, with a row for each.
 //!
 //! Where a refractive index is 1 there is no interface: a slice says that nothing is reflected and all is transmitted.
 
-use super::slice_axis::SliceAxis;
+use super::slice_axis::{Kind, SliceAxis};
 use super::{Backend, TableJob, TableRequest};
 use crate::axis::Points;
 use crate::error::{Error, Result};
@@ -16,7 +16,7 @@ pub const MAX_DEPTH: u32 = 256;
 /// Slices that a spot check looks at: ends and between; of averages, whose truth costs most, two between.
 const SPOT_SLICES: u32 = 4;
 
-/// A table over a number of the Fresnel term as well.
+/// A table over slices.
 #[derive(Clone)]
 pub struct VolumeJob {
     slices: Vec<TableJob>,
@@ -39,7 +39,7 @@ impl VolumeJob {
     /// A request whose last axis runs over `depth` slices; the request's own size is that of a slice.
     pub fn new(request: &TableRequest, axis: SliceAxis, depth: u32) -> Result<VolumeJob> {
         let facts = super::table(&request.table)?.facts();
-        let Some((_, fresnel)) = facts.slices.iter().find(|(kind, _)| *kind == axis.kind()) else {
+        let Some((_, at_number)) = facts.slices.iter().find(|(kind, _)| *kind == axis.kind()) else {
             let known: Vec<&str> = facts.slices.iter().map(|(kind, _)| kind.about()).collect();
             let help = if known.is_empty() {
                 "drop the axis".into()
@@ -61,10 +61,7 @@ impl VolumeJob {
             ));
         }
         let values: Vec<f64> = (0..depth).map(|i| axis.value(i, depth, request.points)).collect();
-        let slice = |value: &f64| {
-            let fresnel = Some(fresnel(*value, request.fresnel)?);
-            TableRequest { fresnel, ..request.clone() }.resolve()
-        };
+        let slice = |value: &f64| at_number(*value, request.clone())?.resolve();
         Ok(VolumeJob { slices: values.iter().map(slice).collect::<Result<_>>()?, values, axis })
     }
 
@@ -122,6 +119,9 @@ impl VolumeJob {
         let (name, note) = (self.axis.kind().name(), self.axis.kind().note());
         texture.meta.set("slices", format!("the first slice is {name} {first:.6}, the last {last:.6}{note}"));
         texture.meta.set("fresnel", self.axis.kind().term(&self.slices[0].model.fresnel));
+        if self.axis.kind() == Kind::Azimuth {
+            texture.meta.set("ndf", without_azimuth(&self.slices[0].model.ndf.to_string()));
+        }
         texture.meta.set("rule", self.rule_name());
         Ok(texture)
     }
@@ -196,6 +196,11 @@ impl VolumeJob {
         of_slice.meta.set("order", order.rsplit_once(',').map_or("", |(rest, _)| rest));
         VolumeJob::new(&TableRequest::from_meta(&of_slice)?, axis, depth).map(Some)
     }
+}
+
+/// A distribution's text without the number that runs over the slices.
+fn without_azimuth(ndf: &str) -> &str {
+    ndf.split(",azimuth=").next().unwrap_or(ndf)
 }
 
 /// One report of many.

@@ -78,7 +78,7 @@ pub struct BakeArgs {
     /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; last of
     /// all, for a slice each, of glass and schlick-weight ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or
     /// openpbr_ior, of schlick-weight cycles_exponent, of albedos with a film film_nm=FROM/TO,
-    /// of kulla-conty and turquin f0=FROM/TO [default:
+    /// of kulla-conty and turquin f0=FROM/TO, of albedo of an anisotropic lobe azimuth=FROM/TO [default:
     /// n_dot_v,roughness]
     #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',')]
     axes: Option<Vec<String>>,
