@@ -726,6 +726,28 @@ fn anisotropic_albedo_is_baked_over_azimuth() {
 }
 
 #[test]
+fn skin_is_baked_verified_and_described() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let line = succeeds(here, &["bake", "skin", "-o", "skin.ktx2", "--size", "24x12", "--points", "edges"]);
+    assert!(line.contains("24x12"), "{line}");
+    let info = succeeds(here, &["info", "skin.ktx2"]);
+    for word in ["n_dot_l,curvature", "red,green,blue", "Penner"] {
+        assert!(info.contains(word), "'{word}' is not in: {info}");
+    }
+    assert!(succeeds(here, &["verify", "skin.ktx2", "--full"]).contains("right"));
+    // Without curvature Lambert's cosine; then light reaches round the edge.
+    let (texture, _) = format::Ktx2.read(&here.join("skin.ktx2")).unwrap();
+    assert!((texture.texel(0, 0, 18, 0)[0] - (2.0 * 18.0 / 23.0 - 1.0)).abs() < 1e-3);
+    assert!(texture.texel(0, 0, 10, 0)[..3] == [0.0; 3] && texture.texel(0, 0, 10, 8)[0] > 0.05);
+    std::fs::remove_file(here.join("skin.ktx2")).unwrap();
+    fails(here, 2, &["bake", "skin", "-o", "skin.ktx2", "--ndf", "beckmann"], &["skin is diffuse"]);
+    fails(here, 2, &["bake", "skin", "-o", "skin.ktx2", "--channels", "cloth"], &["no channel 'cloth'"]);
+    fails(here, 2, &["bake", "albedo", "-o", "skin.ktx2", "--axes", "n_dot_l,curvature"], &["n_dot_v and roughness"]);
+    assert!(!here.join("skin.ktx2").exists());
+}
+
+#[test]
 fn diffuse_albedos_are_baked_and_verified() {
     let folder = TempDir::new().unwrap();
     let here = folder.path();

@@ -92,8 +92,8 @@ pub static COMPANIONS: &[Companion] = &[
     Companion {
         channel: Channel {
             name: "oren-nayar",
-            meaning: "directional albedo of Oren's and Nayar's simple form, sigma = roughness in radians",
-            range: [0.0, 1.0],
+            meaning: "directional albedo of Oren's and Nayar's simple form, sigma = roughness in radians; exceeds 1 at grazing",
+            range: [0.0, 1.5],
         },
         source: "Oren, Nayar 1994, Generalization of Lambert's Reflectance Model, Eq. 30",
         kind: Kind::Diffuse(&diffuse::OREN_NAYAR),

@@ -14,6 +14,7 @@ pub mod model;
 pub mod quality;
 pub mod roughness_law;
 mod schlick_weight;
+mod skin;
 pub mod slice_axis;
 pub(crate) mod slices;
 pub mod specular;
@@ -55,9 +56,9 @@ pub const MAX_SIZE: u32 = 8192;
 /// Where in a table: the coordinates of one texel. A table without n·v ignores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct At {
-    /// Cosine between normal and viewer, in [0, 1].
+    /// Cosine between normal and viewer, in [0, 1]; of skin between normal and light, in [−1, 1].
     pub n_dot_v: f64,
-    /// Perceptual roughness, in [0, 1].
+    /// Perceptual roughness, in [0, 1]; of skin the curvature in 1/mm.
     pub roughness: f64,
 }
 
@@ -161,6 +162,7 @@ pub static TABLES: &[&dyn Table] = &[
     &schlick_weight::SchlickWeight,
     &kulla_conty::KullaConty,
     &turquin::Turquin,
+    &skin::Skin,
 ];
 
 /// The table with this name.
@@ -343,7 +345,7 @@ impl TableRequest {
         };
         let axes = warps.into_iter().zip(sizes).enumerate().map(axis).collect();
         let own = (facts.channels)(&model.fresnel);
-        let companions = || COMPANIONS.iter().filter(|_| own_axes.len() == 2);
+        let companions = || COMPANIONS.iter().filter(|_| own_axes == [Coordinate::NDotV, Coordinate::Roughness]);
         let known = || {
             let beside = facts.complement.iter().map(|c| c.name).chain(companions().map(|c| c.channel.name));
             own.iter().map(|c| c.name).chain(beside)
@@ -391,8 +393,8 @@ impl TableJob {
         let mut at = At { n_dot_v: 1.0, roughness: self.roughness.unwrap_or(1.0) };
         for (axis, i) in self.axes.iter().zip([x, y]) {
             match axis.warp.coordinate() {
-                Coordinate::NDotV => at.n_dot_v = axis.at(i),
-                Coordinate::Roughness => at.roughness = axis.at(i),
+                Coordinate::NDotV | Coordinate::NDotL => at.n_dot_v = axis.at(i),
+                Coordinate::Roughness | Coordinate::Curvature => at.roughness = axis.at(i),
             }
         }
         at
@@ -518,12 +520,14 @@ impl TableJob {
 
     /// Bakes the table; its meta says everything but the measured error.
     pub fn run(&self, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
-        let of = |wanted, without: f64| {
-            let found = self.axes.iter().position(|a| a.warp.coordinate() == wanted);
+        let of = |wanted: [Coordinate; 2], without: f64| {
+            let found = self.axes.iter().position(|a| wanted.contains(&a.warp.coordinate()));
             (found, found.map_or(vec![without], |i| self.axes[i].coordinates()))
         };
-        let ((x_of, n_dot_v), (_, roughness)) =
-            (of(Coordinate::NDotV, 1.0), of(Coordinate::Roughness, self.roughness.unwrap_or(1.0)));
+        let ((x_of, n_dot_v), (_, roughness)) = (
+            of([Coordinate::NDotV, Coordinate::NDotL], 1.0),
+            of([Coordinate::Roughness, Coordinate::Curvature], self.roughness.unwrap_or(1.0)),
+        );
         let all = match self.has_own() {
             true => self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?,
             false => vec![],

@@ -24,7 +24,7 @@ const SET: &str = "set";
 
 #[derive(clap::Args, Clone)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass, glass-average, schlick-weight, kulla-conty or turquin; set for all that the
+    /// split-sum, albedo, average-albedo, glass, glass-average, schlick-weight, kulla-conty, turquin or skin; set for all that the
     /// engine of --for takes, by its own names
     table: String,
     /// File to write, of a set the folder; its extension chooses the container, see `brdf-baker list formats` [default: the target's]

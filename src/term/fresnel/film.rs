@@ -35,8 +35,23 @@ pub static FILM: Term = Term {
     weights,
     kink: None,
     azimuth: None,
-    breaks: Some(|_| vec![]),
+    breaks: Some(breaks),
 };
+
+/// Path difference in nm that a panel of the ring rule may run through: between one and two fringes.
+const PANEL_NM: f64 = 800.0;
+
+/// Evenly along the path difference, which runs from that of a right angle to that of normal incidence.
+fn breaks(optics: &Optics) -> Vec<f64> {
+    let [ior, nm] = optics.given;
+    let least = ((ior - 1.0) * (ior + 1.0)).sqrt() / ior;
+    let panels = (2.0 * ior * nm * (1.0 - least) / PANEL_NM).ceil();
+    let at = |i: u32| {
+        let cos_film = least + (1.0 - least) * f64::from(i) / panels;
+        (1.0 - ior * ior * (1.0 - cos_film) * (1.0 + cos_film)).max(0.0).sqrt()
+    };
+    (1..panels as u32).map(at).collect()
+}
 
 /// Terms of a series.
 const TERMS: usize = 96;
