@@ -5,25 +5,33 @@ pub mod atlas;
 mod average_albedo;
 pub mod backend;
 pub mod companion;
+mod diffuse;
 mod glass;
 mod glass_average;
 pub mod grid;
+mod kulla_conty;
 pub mod model;
 pub mod quality;
 pub mod roughness_law;
+mod schlick_weight;
+mod skin;
+pub mod slice_axis;
 pub(crate) mod slices;
 pub mod specular;
 mod split_sum;
 mod stored;
+mod turquin;
 pub mod volume;
 
 pub use backend::Backend;
 pub use model::Model;
 pub use roughness_law::RoughnessLaw;
+pub use slice_axis::SliceAxis;
 pub use stored::Stored;
-pub use volume::{IorMap, VolumeJob};
+pub use volume::VolumeJob;
 
 use self::companion::{COMPANIONS, Companion};
+use self::slice_axis::Kind;
 use crate::axis::{Axis, Coordinate, Points, Warp};
 use crate::error::{Error, Result, nearest};
 use crate::format::{Encoding, Fingerprint, Steps};
@@ -48,9 +56,9 @@ pub const MAX_SIZE: u32 = 8192;
 /// Where in a table: the coordinates of one texel. A table without n·v ignores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct At {
-    /// Cosine between normal and viewer, in [0, 1].
+    /// Cosine between normal and viewer, in [0, 1]; of skin between normal and light, in [−1, 1].
     pub n_dot_v: f64,
-    /// Perceptual roughness, in [0, 1].
+    /// Perceptual roughness, in [0, 1]; of skin the curvature in 1/mm.
     pub roughness: f64,
 }
 
@@ -85,6 +93,9 @@ impl Tolerance {
     }
 }
 
+/// The request for a slice, from its number and the request for all.
+pub type AtNumber = fn(f64, TableRequest) -> Result<TableRequest>;
+
 /// What a table is.
 pub struct Facts {
     /// The name used on the command line and in files.
@@ -105,6 +116,8 @@ pub struct Facts {
     pub fresnel: Fresnel,
     /// Its axes, x first, unless told otherwise.
     pub axes: &'static [Coordinate],
+    /// The axes over slices that it may have, and the request for a slice at a number of each.
+    pub slices: &'static [(Kind, AtNumber)],
     /// The rule and its number of nodes, for the file's certificate.
     pub rule: fn(&Model) -> String,
     /// Bounds of its error.
@@ -117,6 +130,10 @@ pub trait Table: Sync {
     fn facts(&self) -> &'static Facts;
     /// The deterministic rule in f64: what the CPU backend bakes, and the twin of the kernel.
     fn rule(&self, model: &Model, at: At) -> Values;
+    /// The Fresnel term that it takes where this one was asked for; its own where none was.
+    fn fresnel(&self, given: Option<Fresnel>) -> Result<Fresnel> {
+        Ok(given.unwrap_or(self.facts().fresnel))
+    }
     /// Refuses a model that the table cannot hold.
     fn check(&self, _model: &Model) -> Result<()> {
         Ok(())
@@ -142,6 +159,10 @@ pub static TABLES: &[&dyn Table] = &[
     &average_albedo::AverageAlbedo,
     &glass::Glass,
     &glass_average::GlassAverage,
+    &schlick_weight::SchlickWeight,
+    &kulla_conty::KullaConty,
+    &turquin::Turquin,
+    &skin::Skin,
 ];
 
 /// The table with this name.
@@ -165,6 +186,8 @@ pub struct TableJob {
     pub axes: Vec<Axis>,
     /// What each channel of a texel holds.
     pub channels: Vec<Source>,
+    /// The roughness of all texels, of a table without that axis.
+    pub roughness: Option<f64>,
     /// The albedo table that this is the average of; `None` for the average of the albedo itself, and for other tables.
     pub of: Option<Stored>,
 }
@@ -202,6 +225,8 @@ pub struct TableRequest {
     pub fresnel: Option<Fresnel>,
     /// Names of the axes, x first.
     pub axes: Option<Vec<String>>,
+    /// The roughness of all texels, in place of the axis of roughness.
+    pub roughness: Option<f64>,
     /// Where in its texel a value is taken.
     pub points: Points,
     /// Row 0 holds the largest position of the y axis (of the x axis in a table with one).
@@ -224,6 +249,7 @@ impl TableRequest {
             visibility: "smith".into(),
             fresnel: None,
             axes: None,
+            roughness: None,
             points: Points::Centers,
             flip_v: false,
             row_shift: 0,
@@ -268,19 +294,28 @@ impl TableRequest {
     pub fn resolve(&self) -> Result<TableJob> {
         let table = table(&self.table)?;
         let facts = table.facts();
-        let model = Model::parse(&self.ndf, &self.visibility)?.with(self.fresnel.unwrap_or(facts.fresnel));
+        let model = Model::parse(&self.ndf, &self.visibility)?.with(table.fresnel(self.fresnel)?);
         model.check()?;
         table.check(&model)?;
         if self.of.is_some() && facts.name != "average-albedo" {
             return Err(Error::usage(format!("{} is not the average of a stored table", facts.name), ""));
         }
+        let roughness = self.roughness;
+        if let Some(bad) = roughness.filter(|r| !(0.0..=1.0).contains(r)) {
+            return Err(Error::usage(format!("a roughness of {bad} cannot be baked"), "give a number from 0 to 1"));
+        }
+        let own_axes: Vec<Coordinate> =
+            facts.axes.iter().copied().filter(|a| roughness.is_none() || *a != Coordinate::Roughness).collect();
+        if own_axes.is_empty() {
+            return Err(Error::usage(format!("{} at one roughness is one number", facts.name), "drop --roughness"));
+        }
         let warps: Vec<Warp> = match &self.axes {
-            None => facts.axes.iter().map(|a| a.plain()).collect(),
+            None => own_axes.iter().map(|a| a.plain()).collect(),
             Some(names) => names.iter().map(|n| Warp::parse(n)).collect::<Result<_>>()?,
         };
-        let same_set = facts.axes.iter().all(|a| warps.iter().any(|w| w.coordinate() == *a));
-        if !same_set || warps.len() != facts.axes.len() {
-            let names: Vec<_> = facts.axes.iter().map(|a| a.name()).collect();
+        let same_set = own_axes.iter().all(|a| warps.iter().any(|w| w.coordinate() == *a));
+        if !same_set || warps.len() != own_axes.len() {
+            let names: Vec<_> = own_axes.iter().map(|a| a.name()).collect();
             return Err(Error::usage(
                 format!("{} has the axes {}", facts.name, names.join(" and ")),
                 format!("name each of them once, warped or not, e.g. --axes {}", names.join(",")),
@@ -310,7 +345,7 @@ impl TableRequest {
         };
         let axes = warps.into_iter().zip(sizes).enumerate().map(axis).collect();
         let own = (facts.channels)(&model.fresnel);
-        let companions = || COMPANIONS.iter().filter(|_| facts.axes.len() == 2);
+        let companions = || COMPANIONS.iter().filter(|_| own_axes == [Coordinate::NDotV, Coordinate::Roughness]);
         let known = || {
             let beside = facts.complement.iter().map(|c| c.name).chain(companions().map(|c| c.channel.name));
             own.iter().map(|c| c.name).chain(beside)
@@ -329,8 +364,9 @@ impl TableRequest {
                 .ok_or_else(|| Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known())))
         };
         let channels: Vec<Source> = wanted.iter().map(channel).collect::<Result<_>>()?;
-        let edges = |c| self.points == Points::Edges && facts.axes.contains(&c);
-        let (at_grazing, at_mirror) = (edges(Coordinate::NDotV), edges(Coordinate::Roughness));
+        let edges = |c| self.points == Points::Edges && own_axes.contains(&c);
+        let (at_grazing, at_mirror) =
+            (edges(Coordinate::NDotV), edges(Coordinate::Roughness) || roughness == Some(0.0));
         if channels.iter().any(Source::is_of_table) {
             model.check_limits(at_grazing, at_mirror)?;
         }
@@ -342,7 +378,7 @@ impl TableRequest {
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
         }
-        Ok(TableJob { table, model, axes, channels, of: self.of })
+        Ok(TableJob { table, model, axes, channels, roughness, of: self.of })
     }
 }
 
@@ -354,11 +390,11 @@ impl TableJob {
 
     /// The coordinates of texel (x, y). A table without n·v has n·v = 1 everywhere.
     pub fn at(&self, x: u32, y: u32) -> At {
-        let mut at = At { n_dot_v: 1.0, roughness: 1.0 };
+        let mut at = At { n_dot_v: 1.0, roughness: self.roughness.unwrap_or(1.0) };
         for (axis, i) in self.axes.iter().zip([x, y]) {
             match axis.warp.coordinate() {
-                Coordinate::NDotV => at.n_dot_v = axis.at(i),
-                Coordinate::Roughness => at.roughness = axis.at(i),
+                Coordinate::NDotV | Coordinate::NDotL => at.n_dot_v = axis.at(i),
+                Coordinate::Roughness | Coordinate::Curvature => at.roughness = axis.at(i),
             }
         }
         at
@@ -485,11 +521,14 @@ impl TableJob {
 
     /// Bakes the table; its meta says everything but the measured error.
     pub fn run(&self, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
-        let of = |wanted| {
-            let found = self.axes.iter().position(|a| a.warp.coordinate() == wanted);
-            (found, found.map_or(vec![1.0], |i| self.axes[i].coordinates()))
+        let of = |wanted: [Coordinate; 2], without: f64| {
+            let found = self.axes.iter().position(|a| wanted.contains(&a.warp.coordinate()));
+            (found, found.map_or(vec![without], |i| self.axes[i].coordinates()))
         };
-        let ((x_of, n_dot_v), (_, roughness)) = (of(Coordinate::NDotV), of(Coordinate::Roughness));
+        let ((x_of, n_dot_v), (_, roughness)) = (
+            of([Coordinate::NDotV, Coordinate::NDotL], 1.0),
+            of([Coordinate::Roughness, Coordinate::Curvature], self.roughness.unwrap_or(1.0)),
+        );
         let all = match self.has_own() {
             true => self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?,
             false => vec![],
@@ -594,6 +633,9 @@ impl TableJob {
                 format!("row 0 is the top and holds {name} {:.6}, the last {:.6}", y.at(0), y.at(y.len - 1)),
             );
         }
+        if let Some(roughness) = self.roughness {
+            meta.set("roughness", roughness);
+        }
         meta.set("alpha", "roughness^2");
         let exact = "share of white light that the material reflects by single scattering";
         let of_a_share = self.model.fresnel.is_exact() && !facts.fresnel.is_exact();
@@ -635,12 +677,18 @@ impl TableRequest {
             size: (texture.width, texture.height),
             ndf: get("ndf")?.into(),
             visibility: get("visibility")?.into(),
-            // Files of version 0.1 did not state it: they hold the table's own. With an axis of indices it has none.
+            // Files of version 0.1 did not state it: they hold the table's own. Where a number of it runs over slices it has none.
             fresnel: match texture.meta.get("fresnel") {
-                None | Some("dielectric") => None,
+                None | Some("dielectric" | "power" | "f0") => None,
                 Some(text) => Some(Fresnel::parse(text)?),
             },
             axes: Some(list("axes")?),
+            roughness: match texture.meta.get("roughness") {
+                None => None,
+                Some(text) => Some(text.parse().map_err(|_| {
+                    Error::usage(format!("the file says roughness '{text}'"), "a roughness is a number from 0 to 1")
+                })?),
+            },
             points: Points::parse(get("points")?)?,
             flip_v: list("order")?.last().is_some_and(|o| o == "descending"),
             row_shift: match texture.meta.get("row-shift") {

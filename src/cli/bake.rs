@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::axis::Points;
-use brdf_baker::bake::{self, Backend, IorMap, TableJob, TableRequest, VolumeJob};
+use brdf_baker::bake::{self, Backend, SliceAxis, TableJob, TableRequest, VolumeJob};
 use brdf_baker::format::{self, Encoding, Output, Repr};
 use brdf_baker::material;
 use brdf_baker::progress::OnProgress;
@@ -19,11 +19,15 @@ use super::Global;
 use super::console::Console;
 use super::storage::{self, StorageArgs};
 
-#[derive(clap::Args)]
+/// The name that stands for all tables of an engine.
+const SET: &str = "set";
+
+#[derive(clap::Args, Clone)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass or glass-average
+    /// split-sum, albedo, average-albedo, glass, glass-average, schlick-weight, kulla-conty, turquin or skin; set for all that the
+    /// engine of --for takes, by its own names
     table: String,
-    /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
+    /// File to write, of a set the folder; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
     output: Option<PathBuf>,
     /// Engine that loads the file: sets all that follows and is not given; see `brdf-baker list targets`
@@ -34,7 +38,9 @@ pub struct BakeArgs {
     #[arg(
         long,
         value_name = "FILE",
-        conflicts_with_all = ["target", "size", "ndf", "visibility", "fresnel", "axes", "points", "flip_v", "channels"]
+        conflicts_with_all = [
+            "target", "size", "ndf", "visibility", "fresnel", "roughness", "axes", "points", "flip_v", "channels"
+        ]
     )]
     of: Option<PathBuf>,
     /// Texels: 256, or 128x32 for width x height, or 16x16x16 where a third axis runs over slices [default: 256, over three
@@ -53,11 +59,26 @@ pub struct BakeArgs {
     /// Exact Fresnel of a conductor: eta and k, or eta of red, green, blue and then k of red, green, blue
     #[arg(long, value_name = "ETA,K|R,G,B,R,G,B", group = "fresnel", value_delimiter = ',')]
     eta_k: Option<Vec<f64>>,
+    /// schlick-weight: power of 1 - v.h that F90 is weighted with [default: 5]
+    #[arg(long, value_name = "P", group = "fresnel")]
+    exponent: Option<f64>,
+    /// kulla-conty and turquin: Schlick's reflectance at normal incidence [default: 0.04]
+    #[arg(long, value_name = "F0", group = "fresnel")]
+    f0: Option<f64>,
+    /// A thin film of this refractive index and thickness in nm on that dielectric or metal; without a thickness where the
+    /// axis film_nm has it. A bubble has --ior 1
+    #[arg(long, value_name = "INDEX[,NM]", value_delimiter = ',', requires = "fresnel")]
+    film: Option<Vec<f64>>,
+    /// The same roughness for all texels, in place of that axis
+    #[arg(long, value_name = "R")]
+    roughness: Option<f64>,
     /// Exact Fresnel of a named material, see `brdf-baker materials`
     #[arg(long, value_name = "NAME", group = "fresnel")]
     material: Option<String>,
-    /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; of glass last of
-    /// all ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or openpbr_ior, for a slice each [default:
+    /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; last of
+    /// all, for a slice each, of glass and schlick-weight ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or
+    /// openpbr_ior, of schlick-weight cycles_exponent, of albedos with a film film_nm=FROM/TO,
+    /// of kulla-conty and turquin f0=FROM/TO, of albedo of an anisotropic lobe azimuth=FROM/TO [default:
     /// n_dot_v,roughness]
     #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',')]
     axes: Option<Vec<String>>,
@@ -88,10 +109,74 @@ pub struct BakeArgs {
 
 impl BakeArgs {
     pub fn run(self, global: &Global, console: &mut Console) -> Result<()> {
+        match self.table.as_str() {
+            SET => self.run_set(global, console),
+            _ => self.run_one(&mut None, global, console),
+        }
+    }
+
+    /// Bakes every table of an engine, one file after the other: each appears whole or not at all.
+    fn run_set(self, global: &Global, console: &mut Console) -> Result<()> {
+        let Some(target) = self.target.as_deref().map(target::parse).transpose()? else {
+            return Err(Error::usage("a set is that of an engine", "name it, e.g. bake set --for blender -o FOLDER"));
+        };
+        if let Some(name) = self.altered() {
+            return Err(Error::usage(
+                format!("--{name} does not go with a set, whose tables are as {} takes them", target.name),
+                "bake the table that should differ by its own name",
+            ));
+        }
+        if target.tables.is_empty() {
+            let what = format!("{} takes no tables: it computes its own", target.name);
+            return Err(Error::usage(what, "`brdf-baker env` has a preset for it"));
+        }
+        let folder = self.output.clone().unwrap_or_else(|| ".".into());
+        std::fs::create_dir_all(&folder).map_err(|e| Error::io("create", &folder, e))?;
+        let mut backend = None;
+        for preset in target.tables {
+            let output = Some(folder.join(preset.stem).with_extension(preset.extension));
+            let one = BakeArgs { table: preset.stem.into(), output, ..self.clone() };
+            one.run_one(&mut backend, global, console)?;
+        }
+        Ok(())
+    }
+
+    /// An argument that makes a table differ from what an engine takes.
+    fn altered(&self) -> Option<&'static str> {
+        let given = [
+            ("size", self.size.is_some()),
+            ("ndf", self.ndf.is_some()),
+            ("visibility", self.visibility.is_some()),
+            ("ior", self.ior.is_some()),
+            ("eta-k", self.eta_k.is_some()),
+            ("material", self.material.is_some()),
+            ("exponent", self.exponent.is_some()),
+            ("f0", self.f0.is_some()),
+            ("film", self.film.is_some()),
+            ("roughness", self.roughness.is_some()),
+            ("axes", self.axes.is_some()),
+            ("points", self.points.is_some()),
+            ("flip-v", self.flip_v.is_some()),
+            ("exact-rows", self.exact_rows),
+            ("channels", self.channels.is_some()),
+            ("encoding", self.encoding.is_some()),
+            ("of", self.of.is_some()),
+        ];
+        given.into_iter().find(|(_, is)| *is).map(|(name, _)| name)
+    }
+
+    /// Bakes one table. The device is opened where there is none yet.
+    fn run_one(self, device: &mut Option<Backend>, global: &Global, console: &mut Console) -> Result<()> {
         let start = Instant::now();
 
         // Everything that can be refused is refused before any work.
-        let fresnel = fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?;
+        let mut fresnel = match (self.exponent, self.f0, self.ior) {
+            (Some(exponent), ..) => Some(Fresnel::power(exponent)?),
+            (_, Some(f0), _) => Some(Fresnel::schlick(f0)?),
+            // A film has air below it as well.
+            (.., Some(1.0)) if self.film.is_some() => Some(Fresnel::interface(1.0)),
+            _ => fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?,
+        };
         let target = self.target.as_deref().map(target::parse).transpose()?;
         let preset = target.map(|t| t.table(&self.table)).transpose()?;
         let mut choice = Choice::of(target);
@@ -100,8 +185,11 @@ impl BakeArgs {
         let points = self.points.as_deref().map(Points::parse).transpose()?;
         let axes = choice.pick("axes", self.axes.map(Some), preset.map(|p| Some(p.axis_names())), None);
         let (axes, map) = split_axes(axes)?;
+        if let (Some(base), Some(film)) = (fresnel, &self.film) {
+            fresnel = Some(on_base(base, film, map)?);
+        }
         let table = preset.map_or(self.table, |p| p.table.into());
-        let one_axis = bake::table(&table)?.facts().axes.len() == 1;
+        let one_axis = bake::table(&table)?.facts().axes.len() == 1 || self.roughness.is_some();
         let given = self.size.map(|sizes| sizes.of(one_axis, map.is_some())).transpose()?;
         let usual = match map {
             None => ((256, 256), 1),
@@ -122,6 +210,7 @@ impl BakeArgs {
                     "smith".into(),
                 ),
                 axes,
+                roughness: self.roughness,
                 points: choice.pick("points", points, preset.map(|p| p.points), Points::Centers),
                 flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
                 row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
@@ -165,12 +254,15 @@ impl BakeArgs {
 
         // A weighted sum of texels is no work for a device.
         let backend = match &albedo {
-            Some(_) => Backend::Cpu,
-            None => Backend::open(&global.device, global.validate)?,
+            Some(_) => &Backend::Cpu,
+            None => match device {
+                Some(open) => open,
+                None => device.insert(Backend::open(&global.device, global.validate)?),
+            },
         };
         let mut texture = match &albedo {
             Some((_, albedo, encoding)) => facts.average(albedo, *encoding)?,
-            None => job.run(&backend, &mut |p| console.progress(p))?,
+            None => job.run(backend, &mut |p| console.progress(p))?,
         };
         let report = job.check(&texture, &mut |p| console.progress(p))?;
         if let Some(failure) = report.failures.first() {
@@ -227,14 +319,14 @@ impl BakeArgs {
     }
 }
 
-/// A table, or one over the refractive index as well.
+/// A table, or one over slices.
 enum Job {
     Flat(Box<TableJob>),
     Volume(VolumeJob),
 }
 
 impl Job {
-    fn new(request: &TableRequest, map: Option<IorMap>, depth: u32) -> Result<Job> {
+    fn new(request: &TableRequest, map: Option<SliceAxis>, depth: u32) -> Result<Job> {
         Ok(match map {
             None => Job::Flat(Box::new(request.resolve()?)),
             Some(map) => Job::Volume(VolumeJob::new(request, map, depth)?),
@@ -294,10 +386,10 @@ impl Job {
     }
 }
 
-/// An axis of refractive indices apart from the others, which it follows.
-fn split_axes(axes: Option<Vec<String>>) -> Result<(Option<Vec<String>>, Option<IorMap>)> {
+/// An axis over slices apart from the others, which it follows.
+fn split_axes(axes: Option<Vec<String>>) -> Result<(Option<Vec<String>>, Option<SliceAxis>)> {
     let Some(mut axes) = axes else { return Ok((None, None)) };
-    match axes.last().and_then(|last| IorMap::parse(last)).transpose()? {
+    match axes.last().and_then(|last| SliceAxis::parse(last)).transpose()? {
         None => Ok((Some(axes), None)),
         Some(map) => {
             axes.pop();
@@ -362,6 +454,18 @@ fn fresnel(ior: Option<f64>, eta_k: Option<&[f64]>, material: Option<&str>) -> R
         (None, None, None) => return Ok(None),
     };
     Ok(Some(term))
+}
+
+/// A film on a base: index and thickness, which an axis may have.
+fn on_base(base: Fresnel, film: &[f64], axis: Option<SliceAxis>) -> Result<Fresnel> {
+    match (film, axis) {
+        ([ior], Some(SliceAxis::FilmNm(_))) => Fresnel::film(base, *ior, 0.0),
+        ([ior, nm], None) => Fresnel::film(base, *ior, *nm),
+        _ => Err(Error::usage(
+            format!("--film got {} numbers", film.len()),
+            "give index and thickness in nm, or the index alone with a last axis of thicknesses, film_nm=FROM/TO",
+        )),
+    }
 }
 
 /// `N` or `WxH`.

@@ -124,7 +124,7 @@ impl VerifyArgs {
     }
 }
 
-/// A table over the refractive index as well: each slice is checked as a table.
+/// A table over slices: each is checked as a table.
 fn verify_volume(
     checked: Checked,
     volume: &VolumeJob,
@@ -150,8 +150,11 @@ fn verify_volume(
     let path = checked.file.display().to_string();
     let mut text = text(&path, job, encoding, &found.all, failures.is_empty());
     for (c, slice) in found.all.channels.iter().zip(&found.worst_slices) {
-        let ior = volume.iors()[*slice as usize];
-        text.push_str(&format!("\n  slice      the largest error of {} is in slice {slice}, index {ior:.4}", c.name));
+        let (number, value) = (volume.axis().kind().name(), volume.values()[*slice as usize]);
+        text.push_str(&format!(
+            "\n  slice      the largest error of {} is in slice {slice}, {number} {value:.4}",
+            c.name
+        ));
     }
     text.push_str(&format!("\n  slices     {} of {} were looked at", found.slices, volume.slices().len()));
     let result = json!({
@@ -159,7 +162,8 @@ fn verify_volume(
         "table": job.table.facts().name,
         "ndf": job.model.ndf.to_string(),
         "visibility": job.model.visibility.name,
-        "iors": volume.iors(),
+        "slice_axis": volume.axis().to_string(),
+        "slice_values": volume.values(),
         "encoding": encoding,
         "passed": failures.is_empty(),
         "max_error": checked.max_error,

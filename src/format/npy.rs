@@ -1,5 +1,6 @@
 //! NumPy's `.npy`: one level as an array of halves or singles, rows × columns × channels, of a cube faces
-//! first, of a volume slices first.
+//! first, of a volume slices first. A volume of six square slices has a leading axis of length 1, or it would read back as a
+//! cube.
 //!
 //! The format has no place for metadata: what was baked, its axes and its certificate are not in the file.
 
@@ -12,6 +13,9 @@ use npyz::{NpyFile, Order, WriteOptions, WriterBuilder};
 use super::{Encoding, Format, Pictures, Repr, Storage, check};
 use crate::error::{Error, Result};
 use crate::texture::{Meta, Shape, Texture};
+
+/// What tells a cube's axis of faces.
+const CUBE_FACES: u32 = 6;
 
 /// NumPy's array format.
 #[derive(Debug)]
@@ -48,6 +52,7 @@ impl Format for Npy {
         let [width, height, channels] = [texture.width, texture.height, texture.channels.len() as u32].map(u64::from);
         let shape = match texture.shape {
             Shape::Cube => vec![6, height, width, channels],
+            Shape::Volume { depth: CUBE_FACES } if width == height => vec![1, 6, height, width, channels],
             Shape::Volume { depth } => vec![depth.into(), height, width, channels],
             Shape::Table | Shape::Map => vec![height, width, channels],
         };
@@ -76,7 +81,9 @@ impl Format for Npy {
         let found = match sizes[..] {
             [height, width] => Some((1, height, width, 1)),
             [height, width, channels] => Some((1, height, width, channels)),
-            [count, height, width, channels] => small(count).map(|count| (count, height, width, channels)),
+            [count, height, width, channels] | [1, count, height, width, channels] => {
+                small(count).map(|count| (count, height, width, channels))
+            }
             _ => None,
         };
         let Some((count, Some(height), Some(width), channels @ 1..=4)) =
@@ -101,8 +108,8 @@ impl Format for Npy {
         let levels = vec![super::decode(data, channels, pictures, plain)];
         let names = ["r", "g", "b", "a"][..channels].iter().map(|c| c.to_string()).collect();
         let shape = match sizes.len() {
-            4 if count == 6 && width == height => Shape::Cube,
-            4 => Shape::Volume { depth: count },
+            4 if count == CUBE_FACES && width == height => Shape::Cube,
+            4 | 5 => Shape::Volume { depth: count },
             _ => Shape::Table,
         };
         let encoding = Encoding::fitting(repr, channels).expect("float encodings hold up to four components");

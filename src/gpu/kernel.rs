@@ -61,6 +61,11 @@ impl Kernel {
         Ok(kernel)
     }
 
+    /// What it was made as.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
     fn build(&mut self, spirv: &[u32]) -> Result<(), vk::Result> {
         let d = &self.device.raw;
         let buffer = |binding| {

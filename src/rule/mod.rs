@@ -5,4 +5,5 @@ pub mod cone;
 pub mod cone_elliptic;
 pub mod cone_nodes;
 pub mod h_split;
+pub mod rings;
 pub mod transmit;
