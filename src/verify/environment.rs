@@ -444,3 +444,21 @@ impl Parts {
         self.key = Some(([columns, rows], y));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_error_that_is_no_number_spoils_the_summary() {
+        let error = |max: f64| MipError { mip: 1, rms: 0.5 * max, max, bias: 0.0, texels: 2 };
+        let summary = Summary::of(&[error(1.0), error(3.0), error(2.0)]);
+        assert_eq!(summary, Summary { rms: 1.5, worst: 3.0, texels: 6 });
+        for place in 0..3 {
+            let mut errors = [error(1.0), error(3.0), error(2.0)];
+            errors[place] = error(f64::NAN);
+            let summary = Summary::of(&errors);
+            assert!(summary.worst.is_nan() && summary.rms.is_nan(), "{place}: {summary:?}");
+        }
+    }
+}
