@@ -41,17 +41,18 @@ pub const TARGETS: [Target; 12] = [
 
 /// How many bytes of memory a reader may hold for a byte of the file, on top of [`ALLOWANCE`].
 ///
-/// A byte of a texel becomes a float and is held as bytes beside it, and as another picture where one is converted. Deflate
-/// makes 1032 bytes of one, Zstandard 32768, runs of RGBE 64. A number of two letters is 32 bytes as JSON.
+/// Deflate makes 1032 bytes of one, Zstandard 32768, runs of RGBE 64. A byte of a texel in a file of ours becomes a float,
+/// held beside it; in others' files a byte of a block stands for two texels, which become floats of red, green, blue, alpha
+/// and then of red, green, blue. A number of two letters is 32 bytes as JSON.
 pub fn multiple(target: &str, bytes: &[u8]) -> usize {
     let is_zstd = bytes.starts_with(b"\xabKTX 20") && bytes.get(44..48) == Some(&[2, 0, 0, 0]);
-    match target {
-        _ if is_zstd => 8 * 32768,
-        "dds" | "ktx" | "npy" | "source" | "ktx2" => 16,
-        "json" => 64,
-        "hdr" => 8 * 64,
-        _ => 8 * 1032,
-    }
+    let ratio = match target {
+        _ if is_zstd => 32768,
+        "dds" | "ktx" | "npy" | "source" | "json" | "ktx2" => 1,
+        "hdr" => 64,
+        _ => 1032,
+    };
+    ratio * if matches!(target, "json" | "picture" | "environment") { 64 } else { 16 }
 }
 
 /// Bytes that a reader may hold whatever the file's size: buffers, tables of colours.

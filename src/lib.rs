@@ -72,3 +72,8 @@ struct Readme;
 #[cfg(doctest)]
 #[doc = include_str!("../CONTRIBUTING.md")]
 struct Contributing;
+
+/// So are those of the library's guide.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/library.md")]
+struct Library;

@@ -78,7 +78,7 @@ fn broken(target: &Target, bytes: &[u8]) -> Option<String> {
         return Some("panics".into());
     }
     let (taken, time) = (MEMORY.peak_usage().saturating_sub(before), start.elapsed());
-    let most = multiple(target.name, bytes).saturating_mul(bytes.len() + 1024).saturating_add(ALLOWANCE);
+    let most = multiple(target.name, bytes).saturating_mul(bytes.len()).saturating_add(ALLOWANCE);
     if taken > most {
         return Some(format!("takes {taken} bytes of memory for {} of the file, more than {most}", bytes.len()));
     }

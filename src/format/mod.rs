@@ -404,7 +404,7 @@ pub(crate) const ZSTD_RATIO: u64 = 1 << 15;
 /// Refuses a size that the file cannot hold even at the container's best compression, before memory is taken for it.
 pub(crate) fn plausible(path: &Path, decoded_bytes: Option<u64>, file_bytes: u64, best_ratio: u64) -> Result<()> {
     match decoded_bytes {
-        Some(size) if size / best_ratio <= file_bytes.saturating_add(1024) => Ok(()),
+        Some(size) if size / best_ratio <= file_bytes => Ok(()),
         _ => Err(Error::input(
             path,
             "its header states more texels than the file can hold",

@@ -220,6 +220,8 @@ fn best_ratio(compression: ex::Compression) -> u64 {
         C::Uncompressed => 1,
         // Two bytes stand for a block of 64 texels of one colour, before deflate.
         C::DWAA(_) | C::DWAB(_) => 64 * DEFLATE_RATIO,
+        // Three bytes of four, and then deflate.
+        C::PXR24 => 2 * DEFLATE_RATIO,
         // The others stay below deflate's.
         _ => DEFLATE_RATIO,
     }
