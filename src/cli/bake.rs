@@ -273,10 +273,7 @@ impl BakeArgs {
             texture.meta.set("material", name);
         }
         choice.describe(&mut texture.meta);
-        texture.meta.set("error.worst", format!("{:.2e}", report.worst() + report.truth_error));
-        texture.meta.set("error.median", format!("{:.2e}", report.median()));
-        texture.meta.set("error.bound", format!("{:.0e}", job.bound()));
-        texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
+        report.state(job.bound(), &mut texture.meta);
         format::certify(&mut texture, storage)?;
         let written = output.commit(format, &texture, storage)?;
         storage::warn_of_lost_meta(format, &path, console);

@@ -15,7 +15,7 @@ use brdf_baker::progress::Progress;
 use brdf_baker::target::{self, Choice, EnvironmentPreset, Target};
 use brdf_baker::term::zonal::ZONALS;
 use brdf_baker::texture::Texture;
-use brdf_baker::verify::environment::{self, MipError};
+use brdf_baker::verify::environment::{self, Summary};
 use brdf_baker::{Error, Result};
 use serde_json::json;
 
@@ -147,7 +147,8 @@ impl Wanted {
             filtered += 1;
             texture = atlas.pack(environment, &texture, &ambient, on)?;
         }
-        let (rms, worst, texels) = summary(&errors);
+        let summary = Summary::of(&errors);
+        let Summary { rms, worst, texels } = summary;
         let bound = self.job.quality.worst_bound;
         // Written so that NaN is refused.
         if !(worst <= bound && errors.len() == filtered) {
@@ -160,10 +161,7 @@ impl Wanted {
         texture.meta.set("input", &source.name);
         source.options.describe(source.imported, &mut texture.meta);
         self.choice.describe(&mut texture.meta);
-        texture.meta.set("error.relative.rms", format!("{rms:.1e}"));
-        texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
-        texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
-        texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
+        summary.state(self.job.quality, &mut texture.meta);
         let most = *self.storage.encoding.repr.range().end();
         if texture.levels.iter().flatten().any(|v| *v > most) {
             texture.meta.set(CLAMPED, most);
@@ -400,12 +398,6 @@ fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
-}
-
-/// Largest rms and worst error of any mip, and the number of texels compared.
-fn summary(errors: &[MipError]) -> (f64, f64, u32) {
-    let max = |of: fn(&MipError) -> f64| errors.iter().map(of).fold(0.0, |a: f64, b| if b <= a { a } else { b });
-    (max(|e| e.rms), max(|e| e.max), errors.iter().map(|e| e.texels).sum())
 }
 
 /// Name, one line and source of every kernel, for lists.

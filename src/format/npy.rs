@@ -72,6 +72,7 @@ impl Format for Npy {
     fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)> {
         let unsound = |e: std::io::Error| Error::input(path, format!("it is not a sound .npy file: {e}"), "");
         let wrong = |what: String| Error::input(path, what, "save it as float16 or float32, rows x columns x channels");
+        check_header(bytes).map_err(|what| Error::input(path, format!("it is not a sound .npy file: {what}"), ""))?;
         let file = NpyFile::new(Cursor::new(bytes)).map_err(unsound)?;
         let (order, sizes, dtype) = (file.order(), file.shape().to_vec(), file.dtype().descr());
         if order != Order::C {
@@ -115,6 +116,28 @@ impl Format for Npy {
         let encoding = Encoding::fitting(repr, channels).expect("float encodings hold up to four components");
         Ok((Texture { shape, width, height, channels: names, levels, meta: Meta::default() }, encoding))
     }
+}
+
+/// The longest description of an array that is read. Plain arrays have 118 bytes.
+const MAX_HEADER_BYTES: usize = 4096;
+
+/// Refuses a description that is longer than the file, or nested deeper than an array's: the crate would take the memory, or
+/// go as deep as the brackets do.
+fn check_header(bytes: &[u8]) -> Result<(), &'static str> {
+    let cut = "it ends too early";
+    let (start, length) = match bytes.get(6).ok_or(cut)? {
+        1 => (10, bytes.get(8..10).ok_or(cut)?.iter().rev().fold(0, |n, b| n << 8 | usize::from(*b))),
+        _ => (12, bytes.get(8..12).ok_or(cut)?.iter().rev().fold(0, |n, b| n << 8 | usize::from(*b))),
+    };
+    if length > MAX_HEADER_BYTES {
+        return Err("its description is too long for an array of numbers");
+    }
+    let header = bytes.get(start..start + length).ok_or(cut)?;
+    // The dictionary and the tuple of sizes.
+    if header.iter().filter(|b| b"([{".contains(b)).count() > 2 {
+        return Err("its description is none of an array of numbers");
+    }
+    Ok(())
 }
 
 /// An array of little-endian numbers, the last axis fastest.

@@ -16,7 +16,7 @@ use crate::env::{Environment, Equirect, Frame, Picture};
 use crate::error::Result;
 use crate::progress::{OnProgress, watched};
 use crate::term::zonal::{Peak, Zonal};
-use crate::texture::Texture;
+use crate::texture::{Meta, Texture};
 
 /// How many texels of every mip are compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +52,35 @@ pub struct MipError {
     pub bias: f64,
     /// Texels compared.
     pub texels: u32,
+}
+
+/// The errors of all mips together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Summary {
+    /// Largest rms of any mip.
+    pub rms: f64,
+    /// Largest error; NaN where any is.
+    pub worst: f64,
+    /// Texels compared.
+    pub texels: u32,
+}
+
+impl Summary {
+    /// Of what [`check`] found.
+    pub fn of(errors: &[MipError]) -> Summary {
+        let max = |of: fn(&MipError) -> f64| {
+            errors.iter().map(of).fold(0.0, |a: f64, b| if a.is_nan() || b <= a { a } else { b })
+        };
+        Summary { rms: max(|e| e.rms), worst: max(|e| e.max), texels: errors.iter().map(|e| e.texels).sum() }
+    }
+
+    /// States them in a file's meta, with the bounds of the quality.
+    pub fn state(&self, quality: &Quality, meta: &mut Meta) {
+        meta.set("error.relative.rms", format!("{:.1e}", self.rms));
+        meta.set("error.relative.worst", format!("{:.1e}", self.worst));
+        meta.set("error.bound", format!("{:.1e} rms, {:.1e} worst", quality.rms_bound, quality.worst_bound));
+        meta.set("error.checked", format!("{} texels against a brute-force f64 sum over the input", self.texels));
+    }
 }
 
 /// Compares filtered mips with the truth. `cube` holds RGB (or RGBA) texels; what is not filtered is not looked at.
@@ -413,5 +442,23 @@ impl Parts {
         self.down.clear();
         self.down.extend(offsets(rows).map(|offset| ((f64::from(y) + offset) * d_theta).sin_cos()));
         self.key = Some(([columns, rows], y));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_error_that_is_no_number_spoils_the_summary() {
+        let error = |max: f64| MipError { mip: 1, rms: 0.5 * max, max, bias: 0.0, texels: 2 };
+        let summary = Summary::of(&[error(1.0), error(3.0), error(2.0)]);
+        assert_eq!(summary, Summary { rms: 1.5, worst: 3.0, texels: 6 });
+        for place in 0..3 {
+            let mut errors = [error(1.0), error(3.0), error(2.0)];
+            errors[place] = error(f64::NAN);
+            let summary = Summary::of(&errors);
+            assert!(summary.worst.is_nan() && summary.rms.is_nan(), "{place}: {summary:?}");
+        }
     }
 }

@@ -10,7 +10,7 @@ use crate::bake::{At, TableJob};
 use crate::error::Result;
 use crate::format::{Encoding, Repr, Steps};
 use crate::progress::{OnProgress, tick};
-use crate::texture::Texture;
+use crate::texture::{Meta, Texture};
 
 /// Accuracy that is asked of the truth: this share of the bound that is checked against it.
 const TRUTH_SHARE: f64 = 0.1;
@@ -83,6 +83,14 @@ impl TableReport {
     /// Largest median of any channel.
     pub fn median(&self) -> f64 {
         self.channels.iter().map(|c| c.median).fold(0.0, f64::max)
+    }
+
+    /// States in a file's meta what a spot check of the table found; `bound` is that of its loosest texel.
+    pub fn state(&self, bound: f64, meta: &mut Meta) {
+        meta.set("error.worst", format!("{:.2e}", self.worst() + self.truth_error));
+        meta.set("error.median", format!("{:.2e}", self.median()));
+        meta.set("error.bound", format!("{bound:.0e}"));
+        meta.set("error.checked", format!("{} texels against adaptive f64 integration", self.truth_texels));
     }
 }
 
