@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use brdf_baker::env::import;
-use brdf_baker::recipe::{Entry, Expansion, Kind, Origin, Recipe, Selection};
+use brdf_baker::recipe::{Entry, Expansion, Key, Kind, Origin, Recipe, Selection};
 use brdf_baker::{Error, Result};
 use clap::{Command, FromArgMatches};
 use sha2::{Digest, Sha256};
@@ -129,7 +129,13 @@ impl Refusal {
         match self {
             Refusal::Words(error) => keys::refused(recipe, entry, &error),
             Refusal::Placed(error) => error,
-            Refusal::Request(error) => recipe.wrong(entry.place, &error.to_string(), error.help()),
+            Refusal::Request(error) => {
+                let text = error.to_string();
+                // A message quotes the word that it is about.
+                let is_quoted = |key: &&Key| key.value.texts().iter().any(|word| text.contains(&format!("'{word}'")));
+                let place = entry.keys.iter().find(is_quoted).map_or(entry.place, |key| key.place);
+                recipe.wrong(place, &text, error.help())
+            }
         }
     }
 }

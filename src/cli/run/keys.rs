@@ -145,7 +145,8 @@ pub fn refused(recipe: &Recipe, entry: &Entry, error: &clap::Error) -> brdf_bake
     let place = entry.key(&word).map_or(entry.place, |key| key.place);
     if error.kind() == ErrorKind::MissingRequiredArgument {
         let what = format!("[[{}]] has no '{word}'", entry.kind.name());
-        return recipe.wrong(place, &what, "add it, or the key 'for', which names an engine");
+        let help = if word == "output" { "add it, or the key 'for', which names an engine" } else { "add it" };
+        return recipe.wrong(place, &what, help);
     }
     // What clap says in its first line, in the words of a recipe.
     let text = error.to_string();
@@ -198,21 +199,21 @@ pub fn schema() -> serde_json::Value {
 /// The types that a key's value may have.
 fn value_type(argument: &Arg) -> serde_json::Value {
     let parsed = argument.get_value_parser().type_id();
-    let of = |types: &[TypeId]| types.iter().any(|t| parsed == *t);
-    let scalar = match argument.get_action() {
-        ArgAction::SetTrue => "boolean",
-        _ if of(&[TypeId::of::<bool>()]) => "boolean",
-        _ if of(&[TypeId::of::<u32>(), TypeId::of::<u64>(), TypeId::of::<usize>()]) => "integer",
-        _ if of(&[TypeId::of::<f64>()]) => "number",
-        _ if is_path(argument) => "string",
-        _ => "text",
+    let is = |types: &[TypeId]| types.iter().any(|t| parsed == *t);
+    let mut types = match argument.get_action() {
+        ArgAction::SetTrue => vec!["boolean"],
+        _ if is(&[TypeId::of::<bool>()]) => vec!["boolean"],
+        _ if is(&[TypeId::of::<u32>()]) => vec!["integer"],
+        _ if is(&[TypeId::of::<f64>()]) => vec!["number"],
+        _ if is(&[TypeId::of::<String>(), TypeId::of::<PathBuf>()]) => vec!["string"],
+        // Words that may be numbers: sizes.
+        _ => vec!["string", "integer"],
     };
-    let takes_list = argument.get_value_delimiter().is_some() || LISTS.contains(&name(argument));
-    match scalar {
-        scalar if takes_list && scalar == "string" => vec!["string", "array"].into(),
-        "text" | "number" if takes_list => vec!["string", "number", "array"].into(),
-        // Words that may look like numbers: sizes, a single value of a list.
-        "text" => vec!["string", "integer", "number", "array"].into(),
-        scalar => scalar.into(),
+    if argument.get_value_delimiter().is_some() || LISTS.contains(&name(argument)) {
+        types = vec!["string", "array"];
+    }
+    match types.as_slice() {
+        [one] => (*one).into(),
+        several => several.into(),
     }
 }

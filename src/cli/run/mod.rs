@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::format::Output;
-use brdf_baker::recipe::{OpenJd, Recipe, Selection, normal};
+use brdf_baker::recipe::{OpenJd, Origin, Recipe, Selection, normal};
 use brdf_baker::{Error, Result};
 use serde_json::{Value, json};
 
@@ -256,7 +256,7 @@ impl Run<'_> {
         Ok((Outcome::Baked, sha256))
     }
 
-    fn is_current(&self, item: &Item, origin: &brdf_baker::recipe::Origin, console: &mut Console) -> Result<bool> {
+    fn is_current(&self, item: &Item, origin: &Origin, console: &mut Console) -> Result<bool> {
         for output in &item.outputs {
             if !origin.is_of(output, &mut |p| console.progress(p))? {
                 return Ok(false);
@@ -270,6 +270,9 @@ impl Run<'_> {
         let mut text = String::new();
         for (index, entry) in self.recipe.entries.iter().enumerate() {
             let count = chosen.iter().filter(|item| item.entry == index).count();
+            if count == 0 {
+                continue;
+            }
             let subject = entry.key(entry.kind.subject()).map(|key| key.value.texts().join(", ")).unwrap_or_default();
             let targets = entry.key("for").map(|key| format!(" for {}", key.value.texts().join(", ")));
             let (line, kind) = (entry.place.line, entry.kind.name());
