@@ -182,8 +182,11 @@ fn kill_at_any_moment_leaves_whole_files_and_the_next_run_cleans_up() {
     let whole_run = start.elapsed();
     let out = here.join("out");
     let mut random = Random(7);
-    let (mut killed, mut torn_off) = (0, 0);
-    for _ in 0..110 {
+    let (mut started, mut killed, mut left) = (0, 0, 0);
+    // Under load a run may end before its time: such a one does not count.
+    while killed < 100 {
+        started += 1;
+        assert!(started < 1000, "only {killed} of {started} were killed at work");
         let mut child = quiet(run());
         std::thread::sleep(whole_run.mul_f64(random.next()));
         child.kill().expect("it was started here");
@@ -192,10 +195,9 @@ fn kill_at_any_moment_leaves_whole_files_and_the_next_run_cleans_up() {
         for name in OUTPUTS {
             assert!(is_whole(&out.join(name)), "{name}");
         }
-        torn_off = files(&out).len() - OUTPUTS.len();
+        left = files(&out).len() - OUTPUTS.len();
     }
-    println!("{killed} of 110 were killed at work; {torn_off} temporary files were left");
-    assert!(killed >= 50, "{killed} of 110 were killed at work: the others had ended");
+    println!("{killed} of {started} were killed at work; {left} temporary files were left");
 
     // What is left belongs to nobody, and after a minute the next run removes it.
     for name in files(&out).iter().filter(|name| name.extension().is_some_and(|e| e == "part")) {
@@ -230,23 +232,25 @@ fn killed_run_goes_on_where_it_ended() {
 fn ctrl_c_ends_a_run_with_whole_files_only() {
     let studio = studio();
     let here = studio.path();
-    // The second item takes longer than anybody waits.
+    // The second item takes longer than anybody waits. A farm cancels by SIGTERM.
     let long = RECIPE.replacen("output = \"b.exr\"\nsize = 8", "output = \"b.exr\"\nsize = 4096", 1);
     fs::write(here.join("recipe.toml"), long).expect("writable");
-    let child = command(here, &["run", "recipe.toml"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    let start = Instant::now();
-    while files(here).iter().filter(|path| path.starts_with("out")).count() < 2 {
-        assert!(start.elapsed().as_secs() < 60, "nothing is baked");
-        std::thread::sleep(Duration::from_millis(1));
+    for name in ["INT", "TERM"] {
+        let child = command(here, &["run", "recipe.toml"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let start = Instant::now();
+        while files(here).iter().filter(|path| path.starts_with("out")).count() < 2 {
+            assert!(start.elapsed().as_secs() < 60, "nothing is baked");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        signal(name, child.id());
+        let output = child.wait_with_output().expect("it ends");
+        said(&output, 130, &["error: cancelled"]);
+        assert_eq!(files(&here.join("out")), [Path::new("a.ktx2")]);
     }
-    signal("INT", child.id());
-    let output = child.wait_with_output().expect("it ends");
-    said(&output, 130, &["error: cancelled"]);
-    assert_eq!(files(&here.join("out")), [Path::new("a.ktx2")]);
 }
 
 #[test]
