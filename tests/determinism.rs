@@ -1,11 +1,12 @@
 //! The same input, parameters, version and device give the same bytes, however many threads there are and however the work
-//! is cut. (Fixed slices are compared in `tests/twins.rs`, shares of a recipe in `tests/recipe.rs`.)
+//! is cut; another device gives values as near as the files' certificates say. (Fixed slices are compared in `tests/twins.rs`, shares of a recipe in `tests/recipe.rs`.)
 
 mod common;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use brdf_baker::format::{Format, Ktx2};
 use common::program::{environment, files, on_any_device, succeeds};
 use tempfile::TempDir;
 
@@ -72,6 +73,45 @@ fn same_bytes_on(device: &str) {
         assert!(first.keys().eq(other.keys()));
         for (name, bytes) in &first {
             assert!(*bytes == other[name], "{device}: {} differs with {threads} threads", name.display());
+        }
+    }
+}
+
+#[test]
+fn devices_agree_within_their_certificates() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let folder = TempDir::new().expect("a folder");
+    let here = folder.path();
+    environment(&here.join("lamp.exr"), 0.0);
+    for (bake, relative) in [
+        (&["bake", "split-sum", "--size", "32", "--encoding", "rg32f"][..], false),
+        (&["bake", "albedo", "--size", "32", "--encoding", "r32f", "--ndf", "beckmann"], false),
+        (&["env", "lamp.exr", "--size", "16", "--encoding", "rgba32f"], true),
+    ] {
+        let [one, other] = ["cpu", "auto"].map(|device| {
+            let name = format!("{device}.ktx2");
+            succeeds(&mut on_any_device(here, &[bake, &["-o", &name, "--device", device]].concat()));
+            Ktx2.read(&here.join(name)).expect("readable").0
+        });
+        // The errors that both files state, which the difference may add up to.
+        let stated = |key: &str| -> f64 {
+            [&one, &other].map(|t| t.meta.get(key).expect(key).parse::<f64>().expect("a number")).iter().sum()
+        };
+        assert_ne!(one.meta.get("device"), other.meta.get("device"));
+        if relative {
+            for (level, (a, b)) in one.levels.iter().zip(&other.levels).enumerate() {
+                let squares = a.iter().zip(b).map(|(a, b)| (f64::from(b - a) / f64::from(*a)).powi(2));
+                let (rms, most) = ((squares.sum::<f64>() / a.len() as f64).sqrt(), stated("error.relative.rms"));
+                assert!(rms <= most, "mip {level}: {rms:e}, and both state {most:e} together");
+            }
+        } else {
+            let worst =
+                one.levels[0].iter().zip(&other.levels[0]).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
+            // The worst of the texels that were checked; the bound holds for all.
+            let most = stated("error.bound");
+            assert!(worst > 0.0 && worst <= most, "{bake:?}: {worst:e}, and both state {most:e} together");
         }
     }
 }

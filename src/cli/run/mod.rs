@@ -249,6 +249,8 @@ impl Run<'_> {
         }
         let entry = &self.recipe.entries[item.entry];
         let plan = item.plan(&item.command()).map_err(|refusal| refusal.explain(self.recipe, entry))?;
+        // A plan may have read an input.
+        origin.check()?;
         plan.run(device, &origin, console)?;
         for output in &item.outputs {
             origin.state_beside(output, &mut |p| console.progress(p))?;
