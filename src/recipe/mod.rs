@@ -314,7 +314,7 @@ mod tests {
     #[test]
     fn mistakes_are_named_with_their_place() {
         for (text, what, help) in [
-            ("[[bake]]\ntable = 'x\n", "line 2, column 9", "TOML"),
+            ("[[bake]]\ntable = 'x\n", "line 2, column 11: invalid literal string", "TOML"),
             ("outptu = 'a'\n", "line 1, column 1: unknown key 'outptu'", "did you mean 'output'?"),
             ("[[enw]]\n", "unknown key 'enw'", "did you mean 'env'?"),
             ("[bake]\ntable = 'a'\n", "line 1, column 1: 'bake' is a table", "[[bake]]"),

@@ -165,7 +165,7 @@ mod tests {
         assert_eq!(first, of(&["x", "y"], &[same]));
         for other in [
             of(&["x", "z"], std::slice::from_ref(&a)),
-            of(&["xy"], &[a.clone()]),
+            of(&["xy"], std::slice::from_ref(&a)),
             of(&["x", "y"], &[b]),
             of(&["x", "y"], &[]),
         ] {
