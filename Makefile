@@ -17,7 +17,7 @@ export DEMO_DIR
 # Expanded only when a recipe runs, after setup has decided how to get shaderc.
 CARGO_FLAGS = --locked $(shell sh scripts/setup.sh --cargo-flags)
 
-.PHONY: help setup build demo test test-readers test-report test-engines test-package spirv package bench clean-demo
+.PHONY: help setup build demo test test-readers test-report test-engines test-farm test-package spirv package bench clean-demo
 
 help:
 	@echo 'make setup       install what is missing: Vulkan loader and driver, validation layers, shaderc'
@@ -29,6 +29,7 @@ help:
 	@echo 'make test-engines  draw spheres in real engines and compare them with an f64 reference (ENGINES="three bevy")'
 	@echo 'make test-package  build the published crate as its user does (GAME=game: and a game that bakes as it is built)'
 	@echo 'make package     write the crate to publish, target/package/*.crate'
+	@echo 'make test-farm   bake 210 probes in four workers of a render farm, one of which is killed'
 	@echo 'make bench       run the benchmarks'
 	@echo 'make clean-demo  delete $(DEMO_DIR)/'
 
@@ -68,6 +69,10 @@ spirv: setup
 # Cargo builds what it packages once, as a check. `cargo publish -p brdf-baker` uploads it.
 package: spirv
 	cargo package --locked -p brdf-baker
+
+# Needs Python, and openjd-cli from PyPI, which the script installs.
+test-farm: setup
+	sh tests/farm/run.sh
 
 bench: setup
 	cargo bench $(CARGO_FLAGS)

@@ -30,6 +30,7 @@
 //!   [`format::Format`] writes and reads it.
 //! - What comes out can be looked at: [`plot`] draws curves and tables, [`spheres`] a grid of spheres under an environment,
 //!   by the baked maps or by an integral of the same BRDF; [`env::sky`] is an environment without a file.
+//! - A [`recipe`] declares a set of bakes in a file; what it writes states the hash of what it was baked from.
 //!
 //! # Conventions
 //! The normal is +Z; `v`, `l`, `h` are unit vectors that point away from the surface. `roughness` is perceptual, in
@@ -52,10 +53,12 @@ pub mod ndf;
 pub mod plot;
 pub mod progress;
 pub mod quadrature;
+pub mod recipe;
 pub mod report;
 pub mod rule;
 pub mod shaders;
 pub mod spheres;
+mod stamp;
 pub mod target;
 pub mod term;
 pub mod texture;

@@ -555,6 +555,7 @@ fn help_of_each_command_ends_with_examples() {
     for command in [
         "bake",
         "env",
+        "run",
         "sky",
         "curves",
         "preview",

@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use brdf_baker::axis::Points;
 use brdf_baker::bake::{self, Backend, SliceAxis, TableJob, TableRequest, VolumeJob};
-use brdf_baker::format::{self, Encoding, Output, Repr};
+use brdf_baker::format::{self, Encoding, Format, Output, Repr, Storage};
 use brdf_baker::material;
 use brdf_baker::progress::OnProgress;
+use brdf_baker::recipe::Origin;
 use brdf_baker::target::{self, Choice};
 use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::texture::{Shape, Texture};
@@ -15,8 +16,8 @@ use brdf_baker::verify::table::{Extent, TableReport, check};
 use brdf_baker::{Error, Result};
 use serde_json::json;
 
-use super::Global;
 use super::console::Console;
+use super::device::Device;
 use super::storage::{self, StorageArgs};
 
 /// The name that stands for all tables of an engine.
@@ -107,16 +108,28 @@ pub struct BakeArgs {
     storage: StorageArgs,
 }
 
+/// A table to bake, checked before any work.
+pub struct BakePlan {
+    start: Instant,
+    job: Job,
+    albedo: Option<(PathBuf, Texture, Encoding)>,
+    material: Option<String>,
+    path: PathBuf,
+    format: &'static dyn Format,
+    storage: Storage,
+    choice: Choice,
+}
+
 impl BakeArgs {
-    pub fn run(self, global: &Global, console: &mut Console) -> Result<()> {
+    pub fn run(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
         match self.table.as_str() {
-            SET => self.run_set(global, console),
-            _ => self.run_one(&mut None, global, console),
+            SET => self.run_set(device, console),
+            _ => self.plan(Path::new(""))?.run(device, None, console),
         }
     }
 
     /// Bakes every table of an engine, one file after the other: each appears whole or not at all.
-    fn run_set(self, global: &Global, console: &mut Console) -> Result<()> {
+    fn run_set(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
         let Some(target) = self.target.as_deref().map(target::parse).transpose()? else {
             return Err(Error::usage("a set is that of an engine", "name it, e.g. bake set --for blender -o FOLDER"));
         };
@@ -132,11 +145,10 @@ impl BakeArgs {
         }
         let folder = self.output.clone().unwrap_or_else(|| ".".into());
         std::fs::create_dir_all(&folder).map_err(|e| Error::io("create", &folder, e))?;
-        let mut backend = None;
         for preset in target.tables {
             let output = Some(folder.join(preset.stem).with_extension(preset.extension));
             let one = BakeArgs { table: preset.stem.into(), output, ..self.clone() };
-            one.run_one(&mut backend, global, console)?;
+            one.plan(Path::new(""))?.run(device, None, console)?;
         }
         Ok(())
     }
@@ -165,11 +177,9 @@ impl BakeArgs {
         given.into_iter().find(|(_, is)| *is).map(|(name, _)| name)
     }
 
-    /// Bakes one table. The device is opened where there is none yet.
-    fn run_one(self, device: &mut Option<Backend>, global: &Global, console: &mut Console) -> Result<()> {
+    /// Refuses everything that can be refused before any work. `folder` is where a file goes that the target names.
+    pub fn plan(self, folder: &Path) -> Result<BakePlan> {
         let start = Instant::now();
-
-        // Everything that can be refused is refused before any work.
         let mut fresnel = match (self.exponent, self.f0, self.ior) {
             (Some(exponent), ..) => Some(Fresnel::power(exponent)?),
             (_, Some(f0), _) => Some(Fresnel::schlick(f0)?),
@@ -181,7 +191,7 @@ impl BakeArgs {
         let preset = target.map(|t| t.table(&self.table)).transpose()?;
         let mut choice = Choice::of(target);
         let owned = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-        let albedo = self.of.as_deref().map(|path| read_albedo(path, &self.table)).transpose()?;
+        let albedo = self.of.map(|path| read_albedo(path, &self.table)).transpose()?;
         let points = self.points.as_deref().map(Points::parse).transpose()?;
         let axes = choice.pick("axes", self.axes.map(Some), preset.map(|p| Some(p.axis_names())), None);
         let (axes, map) = split_axes(axes)?;
@@ -230,7 +240,7 @@ impl BakeArgs {
         let (facts, shape) = (job.slice(), job.shape());
         let path = match (self.output, preset) {
             (Some(path), _) => path,
-            (None, Some(preset)) => format!("{}.{}", preset.stem, preset.extension).into(),
+            (None, Some(preset)) => folder.join(format!("{}.{}", preset.stem, preset.extension)),
             (None, None) => unreachable!("the command line asks for either"),
         };
         let format = format::for_path(&path)?;
@@ -245,20 +255,32 @@ impl BakeArgs {
         if let Some(preset) = preset {
             choice.container(format, preset.extension);
         }
-        console.overrides(&choice);
         for (i, channel) in facts.channel_facts().enumerate() {
             let [low, high] = facts.range(i);
             format::check_range(&path, format, encoding, channel.name, &(low..=high))?;
         }
+        Ok(BakePlan { start, job, albedo, material: self.material, path, format, storage, choice })
+    }
+}
+
+impl BakePlan {
+    /// The file that is written.
+    pub fn outputs(&self) -> Vec<&Path> {
+        vec![&self.path]
+    }
+
+    /// Bakes, checks and writes; the file states its `origin` where it has one.
+    pub fn run(self, device: &Device<'_>, origin: Option<&Origin>, console: &mut Console) -> Result<()> {
+        let BakePlan { start, job, albedo, material, path, format, storage, choice } = self;
+        let (facts, shape, encoding) = (job.slice(), job.shape(), storage.encoding);
+        let channels = facts.channels.len();
+        console.overrides(&choice);
         let output = Output::prepare(&path)?;
 
         // A weighted sum of texels is no work for a device.
         let backend = match &albedo {
             Some(_) => &Backend::Cpu,
-            None => match device {
-                Some(open) => open,
-                None => device.insert(Backend::open(&global.device, global.validate)?),
-            },
+            None => device.backend()?,
         };
         let mut texture = match &albedo {
             Some((_, albedo, encoding)) => facts.average(albedo, *encoding)?,
@@ -269,11 +291,14 @@ impl BakeArgs {
             return Err(Error::Verify { what: format!("'{}' was not written: {failure}", path.display()) });
         }
         backend.check_messages()?;
-        if let Some(name) = self.material.as_deref().or(albedo.as_ref().and_then(|(_, t, _)| t.meta.get("material"))) {
+        if let Some(name) = material.as_deref().or(albedo.as_ref().and_then(|(_, t, _)| t.meta.get("material"))) {
             texture.meta.set("material", name);
         }
         choice.describe(&mut texture.meta);
         report.state(job.bound(), &mut texture.meta);
+        if let Some(origin) = origin {
+            origin.state(&mut texture.meta);
+        }
         format::certify(&mut texture, storage)?;
         let written = output.commit(format, &texture, storage)?;
         storage::warn_of_lost_meta(format, &path, console);
@@ -426,12 +451,12 @@ fn parse_sizes(text: &str) -> Result<Sizes, String> {
 }
 
 /// The albedo table that `--of` names, with its path.
-fn read_albedo<'a>(path: &'a Path, table: &str) -> Result<(&'a Path, Texture, Encoding)> {
+fn read_albedo(path: PathBuf, table: &str) -> Result<(PathBuf, Texture, Encoding)> {
     if table != "average-albedo" {
         let what = format!("--of takes the average of an albedo table, which {table} is not");
         return Err(Error::usage(what, "bake average-albedo --of FILE"));
     }
-    let (texture, encoding) = format::for_path(path)?.read(path)?;
+    let (texture, encoding) = format::for_path(&path)?.read(&path)?;
     Ok((path, texture, encoding))
 }
 

@@ -12,6 +12,7 @@ use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh::{self, Window};
 use brdf_baker::format::{self, Encoding, Format, Output, Storage, harmonics};
 use brdf_baker::progress::Progress;
+use brdf_baker::recipe::Origin;
 use brdf_baker::target::{self, Choice, EnvironmentPreset, Target};
 use brdf_baker::term::zonal::ZONALS;
 use brdf_baker::texture::Texture;
@@ -19,8 +20,8 @@ use brdf_baker::verify::environment::{self, Summary};
 use brdf_baker::{Error, Result};
 use serde_json::json;
 
-use super::Global;
 use super::console::Console;
+use super::device::Device;
 use super::source::{self, SourceArgs};
 use super::storage::{self, StorageArgs};
 
@@ -92,7 +93,6 @@ struct Wanted {
     job: SpecularJob,
     format: &'static dyn Format,
     storage: Storage,
-    output: Output,
     choice: Choice,
     /// The tiles are packed into one picture; `job` is their chain.
     atlas: Option<Atlas>,
@@ -123,8 +123,7 @@ impl Wanted {
             return Err(Error::usage(what, "use --mips 1, or write a .ktx2 or .exr file"));
         }
         format.accepts(job.size, levels)?;
-        let output = Output::prepare(&path)?;
-        Ok(Wanted { path, job, format, storage, output, choice, atlas })
+        Ok(Wanted { path, job, format, storage, choice, atlas })
     }
 
     /// Bakes, and refuses to go on with a result that its own check finds wrong.
@@ -162,6 +161,9 @@ impl Wanted {
         source.options.describe(source.imported, &mut texture.meta);
         self.choice.describe(&mut texture.meta);
         summary.state(self.job.quality, &mut texture.meta);
+        if let Some(origin) = source.origin {
+            origin.state(&mut texture.meta);
+        }
         let most = *self.storage.encoding.repr.range().end();
         if texture.levels.iter().flatten().any(|v| *v > most) {
             texture.meta.set(CLAMPED, most);
@@ -174,13 +176,14 @@ impl Wanted {
     /// Writes what was baked, and says so.
     fn write(
         self,
+        output: Output,
         baked: &Baked,
         source: &Source<'_>,
         start: Instant,
         backend: &Backend,
         console: &mut Console,
     ) -> Result<()> {
-        let Wanted { path, job, format, storage, output, choice, atlas } = self;
+        let Wanted { path, job, format, storage, choice, atlas } = self;
         let encoding = storage.encoding;
         let Baked { texture, rms, worst, texels } = baked;
         let written = output.commit(format, texture, storage)?;
@@ -251,6 +254,7 @@ struct Source<'a> {
     name: String,
     options: &'a Options,
     imported: &'a Imported,
+    origin: Option<&'a Origin>,
 }
 
 /// A baked map and what its own check found.
@@ -261,11 +265,32 @@ struct Baked {
     texels: u32,
 }
 
-impl EnvArgs {
-    pub fn run(self, global: &Global, console: &mut Console) -> Result<()> {
-        let start = Instant::now();
+/// The maps of an environment, checked before any work.
+pub struct EnvPlan {
+    start: Instant,
+    input: PathBuf,
+    /// The input's own name.
+    name: String,
+    options: Options,
+    wanted: Vec<Wanted>,
+    harmonics: Option<Harmonics>,
+}
 
-        // Everything that can be refused is refused before any work.
+/// The spherical harmonics to write.
+struct Harmonics {
+    path: PathBuf,
+    order: u32,
+    window: Window,
+}
+
+impl EnvArgs {
+    pub fn run(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
+        self.plan(Path::new(""))?.run(device, None, console)
+    }
+
+    /// Refuses everything that can be refused before any work. `folder` is where files go that the target names.
+    pub fn plan(self, folder: &Path) -> Result<EnvPlan> {
+        let start = Instant::now();
         let target = self.target.as_deref().map(target::parse).transpose()?;
         let preset = target.map(Target::environment).transpose()?;
         let stored =
@@ -294,7 +319,7 @@ impl EnvArgs {
             FileAxes::IDENTITY,
         );
         let name = self.input.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let path = self.output.or_else(|| preset.map(|p| default_path(&name, p)));
+        let path = self.output.or_else(|| preset.map(|p| folder.join(default_path(&name, p))));
         let mut wanted = vec![];
         let mut irradiance = self.irradiance;
         let mut irradiance_size = self.irradiance_size;
@@ -314,7 +339,6 @@ impl EnvArgs {
                 }
             }
             let map = Wanted::new(path, &request, stored, choice)?;
-            console.overrides(&map.choice);
             wanted.insert(0, map);
         }
         if let Some(path) = irradiance {
@@ -324,36 +348,58 @@ impl EnvArgs {
         }
         sh::check_order(self.sh_order)?;
         let window = Window::parse(&self.sh_window)?;
-        let harmonics = self.sh.map(|path| Ok((Output::prepare(&path)?, path))).transpose()?;
-
+        let harmonics = self.sh.map(|path| Harmonics { path, order: self.sh_order, window });
         let options = self.source.options(file_axes)?;
-        let imported = import::read(&self.input, &options, &mut |p| console.progress(p))?;
-        source::warn(&self.input, &options, &imported, console);
-        let source = Source { path: &self.input, name, options: &options, imported: &imported };
+        Ok(EnvPlan { start, input: self.input, name, options, wanted, harmonics })
+    }
+}
+
+impl EnvPlan {
+    /// The files that are written.
+    pub fn outputs(&self) -> Vec<&Path> {
+        let maps = self.wanted.iter().map(|wanted| wanted.path.as_path());
+        maps.chain(self.harmonics.iter().map(|harmonics| harmonics.path.as_path())).collect()
+    }
+
+    /// Bakes, checks and writes; the files state their `origin` where they have one.
+    pub fn run(self, device: &Device<'_>, origin: Option<&Origin>, console: &mut Console) -> Result<()> {
+        let EnvPlan { start, input, name, options, wanted, harmonics } = self;
+        if let Some(map) = wanted.first() {
+            console.overrides(&map.choice);
+        }
+        let outputs: Vec<Output> = wanted.iter().map(|wanted| Output::prepare(&wanted.path)).collect::<Result<_>>()?;
+        let harmonics = harmonics.map(|h| Ok((Output::prepare(&h.path)?, h))).transpose()?;
+        let imported = import::read(&input, &options, &mut |p| console.progress(p))?;
+        source::warn(&input, &options, &imported, console);
+        origin.map_or(Ok(()), Origin::check)?;
+        let source = Source { path: &input, name, options: &options, imported: &imported, origin };
 
         // All results before the first file.
-        let coefficients = harmonics.as_ref().map(|_| sh::project(&imported.environment, self.sh_order));
+        let coefficients = harmonics.as_ref().map(|(_, h)| sh::project(&imported.environment, h.order));
         if !wanted.is_empty() {
-            let backend = Backend::open(&global.device, global.validate)?;
+            let backend = device.backend()?;
             let irradiance = harmonics::irradiance(&imported.environment);
-            let bake = |wanted: &Wanted| wanted.bake(&source, &irradiance, &backend, console);
+            let bake = |wanted: &Wanted| wanted.bake(&source, &irradiance, backend, console);
             let baked: Vec<Baked> = wanted.iter().map(bake).collect::<Result<_>>()?;
             backend.check_messages()?;
-            for (wanted, baked) in wanted.into_iter().zip(&baked) {
-                wanted.write(baked, &source, start, &backend, console)?;
+            for ((wanted, output), baked) in wanted.into_iter().zip(outputs).zip(&baked) {
+                wanted.write(output, baked, &source, start, backend, console)?;
             }
         }
-        if let (Some((output, path)), Some(coefficients)) = (harmonics, coefficients) {
-            let content = format::sh_json(&coefficients, self.sh_order, window, &source.name);
+        if let (Some((output, Harmonics { path, order, window })), Some(coefficients)) = (harmonics, coefficients) {
+            let mut content = format::sh_json(&coefficients, order, window, &source.name);
+            if let Some(origin) = origin {
+                origin.state_in_json(&mut content);
+            }
             let bytes = output.commit_bytes(format!("{content:#}\n").as_bytes())?;
             let seconds = start.elapsed().as_secs_f64();
             let count = coefficients.len();
             console.result(
-                &format!("{}  {count} coefficients, l <= {}  exact  {seconds:.2} s", path.display(), self.sh_order),
+                &format!("{}  {count} coefficients, l <= {order}  exact  {seconds:.2} s", path.display()),
                 &json!({
                     "path": path,
-                    "source": self.input,
-                    "order": self.sh_order,
+                    "source": input,
+                    "order": order,
                     "window": window.name(),
                     "coefficients": count,
                     "bytes": bytes,
@@ -385,11 +431,7 @@ fn atlas_of(request: &SpecularRequest) -> Result<Option<Atlas>> {
 
 /// Where a target's map goes that the user gave no name: into the working folder.
 fn default_path(input: &str, preset: &EnvironmentPreset) -> PathBuf {
-    let stem = Path::new(input).file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    // `yard_{face}.png` is called yard.
-    let stem = stem.replace("{face}", "");
-    let stem = stem.trim_end_matches(['_', '-', '.']);
-    let stem = if stem.is_empty() { "environment" } else { stem };
+    let stem = import::stem(Path::new(input));
     format!("{stem}{}.{}", preset.suffix, preset.extension).into()
 }
 

@@ -3,6 +3,7 @@
 mod bake;
 pub mod console;
 mod curves;
+mod device;
 mod env;
 mod foreign;
 mod identify;
@@ -10,6 +11,7 @@ mod info;
 mod list;
 mod materials;
 mod preview;
+mod run;
 mod sky;
 mod source;
 mod storage;
@@ -22,6 +24,7 @@ use brdf_baker::Result;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use console::Console;
+use device::Device;
 
 /// Bakes the lookup tables of physically based shading on the GPU, and proves every one right.
 ///
@@ -82,6 +85,19 @@ Examples:
   brdf-baker env sky.hdr -o diffuse.hdr --kernel lambert --shape equirect"
     )]
     Env(Box<env::EnvArgs>),
+    /// Bake everything that a recipe declares, and only what changed
+    #[command(
+        after_help = "A recipe is a TOML file; docs/farm.md has all its keys. Files state the hash of what they were \
+baked from, and what is up to date is left alone, so that a run that was killed goes on where it ended.
+
+Examples:
+  brdf-baker run recipe.toml --dry-run
+  brdf-baker run recipe.toml --json
+  brdf-baker run recipe.toml --shard 2/8
+  brdf-baker run recipe.toml --emit-openjd job.yaml
+  brdf-baker run --schema > recipe.schema.json"
+    )]
+    Run(run::RunArgs),
     /// Write a clear daylight sky, after Preetham, as an environment: no download needed
     #[command(
         after_help = "Radiance is in kcd/m2: 0.2126 r + 0.7152 g + 0.0722 b is the luminance. +Y is up; the ground \
@@ -170,8 +186,9 @@ Examples:
 pub fn run(args: Args) -> Result<()> {
     let mut console = Console::new(&args.global)?;
     match args.command {
-        Command::Bake(bake) => bake.run(&args.global, &mut console),
-        Command::Env(env) => env.run(&args.global, &mut console),
+        Command::Bake(bake) => bake.run(&Device::new(&args.global), &mut console),
+        Command::Env(env) => env.run(&Device::new(&args.global), &mut console),
+        Command::Run(run) => run.run(&args.global, &mut console),
         Command::Sky(sky) => sky.run(&mut console),
         Command::Curves(curves) => curves.run(&mut console),
         Command::Preview(preview) => preview.run(&args.global, &mut console),

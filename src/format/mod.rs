@@ -18,6 +18,7 @@ mod hdr;
 mod json;
 mod ktx1;
 mod ktx2;
+mod leftover;
 mod npy;
 mod output;
 pub mod picture;

@@ -7,14 +7,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
-use super::{Format, Rounding, Storage, rounding};
+use super::{Format, Rounding, Storage, leftover, rounding};
 use crate::error::{Error, Result};
 use crate::texture::Texture;
 
 /// A place that is known to be writable: an empty temporary file in the target's folder.
 ///
 /// Dropping it removes the temporary file, so an error or a cancel between [`Output::prepare`] and [`Output::commit`]
-/// leaves the folder as it was. (A process that is killed outright leaves a file named `.brdf-baker-….part`.)
+/// leaves the folder as it was. A process that is killed outright leaves a file named `.brdf-baker-….part`, which a later
+/// one that writes into the folder removes.
 #[derive(Debug)]
 pub struct Output {
     path: PathBuf,
@@ -95,12 +96,14 @@ impl Output {
             Some(folder) if folder != Path::new("") => folder.to_path_buf(),
             _ => PathBuf::from("."),
         };
+        leftover::sweep(&folder);
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".brdf-baker-").suffix(".part");
+        builder.prefix(leftover::PREFIX).suffix(leftover::SUFFIX);
         // The umask is applied to this; tempfile's own default would keep other users from reading the result.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let part = builder.tempfile_in(&folder).map_err(|e| Error::io("write", path, e))?;
+        leftover::claim(part.as_file());
         let listed = Listed::new(part.path().to_path_buf());
         Ok(Output { path: target, folder, part, _listed: listed })
     }

@@ -1,11 +1,12 @@
 //! Instance, devices, the one queue, and what the validation layer says.
 
 use std::ffi::{CStr, c_char, c_void};
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use ash::{Entry, ext, vk};
 
+use super::inject::Faults;
 use crate::error::{Error, Result};
 
 /// A driver that has not finished one dispatch after this long has hung.
@@ -105,12 +106,14 @@ pub(super) struct Instance {
     raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Messages>,
+    faults: Faults,
     // The loaded library: dropped last, after everything that calls into it.
     _entry: Entry,
 }
 
 impl Instance {
     pub(super) fn new(validate: bool) -> Result<Arc<Instance>> {
+        let faults = Faults::wanted()?;
         // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what any Vulkan program does.
         let entry = unsafe { Entry::load() }.map_err(|e| Error::NoDevice {
             what: format!("no Vulkan loader on this machine ({e})"),
@@ -153,7 +156,11 @@ impl Instance {
         } else {
             None
         };
-        Ok(Arc::new(Instance { raw, messenger, messages, _entry: entry }))
+        Ok(Arc::new(Instance { raw, messenger, messages, faults, _entry: entry }))
+    }
+
+    pub(super) fn faults(&self) -> &Faults {
+        &self.faults
     }
 
     pub(super) fn messages(&self) -> Vec<String> {
@@ -175,7 +182,7 @@ impl Instance {
     fn describe(&self, raw: vk::PhysicalDevice) -> Option<DeviceInfo> {
         // SAFETY: `raw` comes from this instance.
         let basic = unsafe { self.raw.get_physical_device_properties(raw) };
-        if basic.api_version < vk::API_VERSION_1_1 {
+        if basic.api_version < vk::API_VERSION_1_1 || self.faults.old_driver.is_some() {
             return None;
         }
         let mut id = vk::PhysicalDeviceIDProperties::default();
@@ -216,7 +223,8 @@ impl Instance {
                 vk::api_version_minor(version),
                 vk::api_version_patch(version)
             ),
-            max_buffer_bytes: u64::from(limits.max_storage_buffer_range),
+            max_buffer_bytes: u64::from(limits.max_storage_buffer_range)
+                .min(self.faults.max_buffer.unwrap_or(u64::MAX)),
             raw,
             queue_family: queue_family as u32,
         })
@@ -279,6 +287,10 @@ pub(super) struct Device {
     pub(super) instance: Arc<Instance>,
     names: Option<ext::debug_utils::Device>,
     queue: Mutex<Queue>,
+    /// Submissions so far.
+    submissions: AtomicU64,
+    /// Bytes that buffers hold.
+    pub(super) taken_bytes: AtomicU64,
     /// Of a kernel that had run before.
     pub(super) longest_dispatch_ns: AtomicU64,
 }
@@ -311,8 +323,9 @@ impl Device {
                 return Err(gpu_error("create queue", e));
             }
         };
-        let longest_dispatch_ns = AtomicU64::new(0);
-        Ok(Device { raw, info: info.clone(), memory, instance, names, queue, longest_dispatch_ns })
+        let [submissions, taken_bytes, longest_dispatch_ns] = [0; 3].map(AtomicU64::new);
+        let info = info.clone();
+        Ok(Device { raw, info, memory, instance, names, queue, submissions, taken_bytes, longest_dispatch_ns })
     }
 
     /// Gives an object a name that validation messages show.
@@ -327,6 +340,10 @@ impl Device {
     /// writes are visible to the host and to later submissions.
     pub(super) fn submit(&self, op: &str, record: impl FnOnce(&ash::Device, vk::CommandBuffer)) -> Result<()> {
         let queue = self.queue.lock().map_err(|_| gpu_error(op, vk::Result::ERROR_UNKNOWN))?;
+        let number = 1 + self.submissions.fetch_add(1, Ordering::Relaxed);
+        if self.instance.faults.device_lost.is_some_and(|fault| number >= fault) {
+            return Err(gpu_error(op, vk::Result::ERROR_DEVICE_LOST));
+        }
         let stages = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
         let before = [vk::MemoryBarrier::default()
             .src_access_mask(vk::AccessFlags::MEMORY_WRITE)

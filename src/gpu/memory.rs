@@ -1,6 +1,7 @@
 //! Storage buffers, mapped where the device allows it and staged where it does not.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use ash::vk;
 use bytemuck::Pod;
@@ -20,6 +21,26 @@ pub struct Buffer {
     size_bytes: u64,
     name: String,
     device: Arc<Device>,
+    _taken: Taken,
+}
+
+/// Memory that counts as taken, until this is dropped.
+struct Taken(Arc<Device>, u64);
+
+impl Taken {
+    /// An error where a fault says that there is not so much left.
+    fn new(device: &Arc<Device>, bytes: u64) -> Result<Taken, vk::Result> {
+        let held = device.taken_bytes.fetch_add(bytes, Ordering::Relaxed);
+        let taken = Taken(device.clone(), bytes);
+        let most = device.instance.faults().device_memory.unwrap_or(u64::MAX);
+        if held + bytes > most { Err(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY) } else { Ok(taken) }
+    }
+}
+
+impl Drop for Taken {
+    fn drop(&mut self) {
+        self.0.taken_bytes.fetch_sub(self.1, Ordering::Relaxed);
+    }
 }
 
 /// The address of mapped device memory.
@@ -58,6 +79,7 @@ impl Buffer {
             | vk::BufferUsageFlags::TRANSFER_DST;
         let info = vk::BufferCreateInfo::default().size(size_bytes).usage(usage);
         let failed = |e| gpu_error(&format!("allocate '{name}' ({size_bytes} bytes)"), e);
+        let taken = Taken::new(device, size_bytes).map_err(failed)?;
         let d = &device.raw;
         // SAFETY: each handle is used on the device that made it and destroyed if a later step fails; the memory type
         // is one that the buffer's requirements list; the whole allocation is mapped once and unmapped by freeing it.
@@ -81,7 +103,8 @@ impl Buffer {
             match made {
                 Ok((memory, mapped, cached)) => {
                     device.label(raw, name);
-                    Ok(Buffer { raw, memory, mapped, cached, size_bytes, name: name.into(), device: device.clone() })
+                    let (name, device) = (name.into(), device.clone());
+                    Ok(Buffer { raw, memory, mapped, cached, size_bytes, name, device, _taken: taken })
                 }
                 Err(e) => {
                     d.destroy_buffer(raw, None);

@@ -8,6 +8,7 @@
 #![allow(unsafe_code)]
 
 mod device;
+mod inject;
 mod kernel;
 mod memory;
 

@@ -1,6 +1,8 @@
 //! Shared by the integration tests.
 #![allow(dead_code, reason = "no test uses all of it")]
 
+pub mod program;
+
 use brdf_baker::bake::Backend;
 use brdf_baker::gpu::Gpu;
 

@@ -18,7 +18,8 @@ const SETS: [[&str; 6]; 4] = [
 ];
 /// Extensions of pictures.
 const EXTENSIONS: [&str; 6] = ["hdr", "pic", "exr", "png", "jpg", "jpeg"];
-const PLACEHOLDER: &str = "{face}";
+/// Stands for their names in a path.
+pub const PLACEHOLDER: &str = "{face}";
 
 /// The six files that an input stands for; `None` where it is one file.
 pub fn find(input: &Path) -> Result<Option<[PathBuf; 6]>> {

@@ -23,7 +23,7 @@ mod watched;
 
 use std::borrow::Cow;
 use std::io::{Read, Seek};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use adjust::{Adjust, Adjusted, Negative};
 pub use layout::Layout;
@@ -177,6 +177,19 @@ pub fn read(input: &Path, options: &Options, on: &mut OnProgress<'_>) -> Result<
     Ok(Imported { environment: Environment { picture, frame }, layout, adjusted, notes })
 }
 
+/// The files that an input of [`read`] stands for: one, or six in the order +X −X +Y −Y +Z −Z.
+pub fn files(input: &Path) -> Result<Vec<PathBuf>> {
+    Ok(faces::find(input)?.map_or_else(|| vec![input.to_path_buf()], Vec::from))
+}
+
+/// What an input is called: its name without extension and without the place of the faces, `yard` of `yard_{face}.png`.
+pub fn stem(input: &Path) -> String {
+    let stem = input.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = stem.replace(faces::PLACEHOLDER, "");
+    let stem = stem.trim_end_matches(['_', '-', '.']);
+    if stem.is_empty() { "environment".into() } else { stem.into() }
+}
+
 /// The first bytes of an OpenEXR file.
 const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
@@ -206,6 +219,10 @@ fn decode(job: &mut Job<'_>, on: &mut OnProgress<'_>) -> Result<Content> {
             Err(Error::input(job.path, what, "give a .hdr, .exr, .png, .jpg, .ktx2 or .dds file"))
         }
     };
-    // Decoders see a cancelled read as a failed one.
-    if state.is_cancelled() { Err(Error::Cancelled) } else { decoded }
+    // Decoders see a cancelled read as a failed one, and a file that someone writes as a damaged one.
+    if state.is_cancelled() {
+        return Err(Error::Cancelled);
+    }
+    state.check(job.path)?;
+    decoded
 }

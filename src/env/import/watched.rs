@@ -1,4 +1,5 @@
-//! A file that reports how far it has been read, and stops when the user cancels: no decoder needs to know of either.
+//! A file that reports how far it has been read, that stops when the user cancels, and that tells whether it changed
+//! meanwhile: no decoder needs to know of any of it.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -8,6 +9,7 @@ use std::rc::Rc;
 
 use crate::error::{Error, Result};
 use crate::progress::{OnProgress, tick};
+use crate::stamp::Stamp;
 
 /// Bytes between two looks at the listener.
 const STEP: u64 = 1 << 20;
@@ -22,13 +24,24 @@ pub struct Watched<'a, 'b> {
     state: State,
 }
 
-/// Whether the listener cancelled. Outlives the file.
-#[derive(Clone, Default)]
-pub struct State(Rc<Cell<bool>>);
+/// Whether the listener cancelled, and what the file was when it was opened. Outlives the decoder's hold on the file.
+#[derive(Clone)]
+pub struct State {
+    cancelled: Rc<Cell<bool>>,
+    opened: Rc<(File, Stamp)>,
+}
 
 impl State {
     pub fn is_cancelled(&self) -> bool {
-        self.0.get()
+        self.cancelled.get()
+    }
+
+    /// An error where the file changed since it was opened. Another file that took its name does no harm: what was opened
+    /// was read.
+    pub fn check(&self, path: &Path) -> Result<()> {
+        let (file, stamp) = &*self.opened;
+        let now = file.metadata().map_err(|e| Error::io("read", path, e))?;
+        if Stamp::of(&now) == *stamp { Ok(()) } else { Err(Stamp::changed(path)) }
     }
 
     /// A failed read of `path`.
@@ -45,7 +58,9 @@ impl<'a, 'b> Watched<'a, 'b> {
         if meta.is_dir() {
             return Err(io(io::ErrorKind::IsADirectory.into()));
         }
-        Ok(Self { file, length: meta.len(), position: 0, next_look: 0, on, state: State::default() })
+        let opened = Rc::new((file.try_clone().map_err(io)?, Stamp::of(&meta)));
+        let state = State { cancelled: Rc::default(), opened };
+        Ok(Self { file, length: meta.len(), position: 0, next_look: 0, on, state })
     }
 
     pub fn state(&self) -> State {
@@ -63,7 +78,7 @@ impl Read for Watched<'_, '_> {
         if self.position >= self.next_look {
             let done = (self.position as f64 / self.length.max(1) as f64).min(1.0);
             if tick(self.on, "reading the environment", done).is_err() {
-                self.state.0.set(true);
+                self.state.cancelled.set(true);
                 return Err(io::Error::other("cancelled"));
             }
             self.next_look = self.position + STEP;
