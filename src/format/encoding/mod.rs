@@ -2,6 +2,7 @@
 //!
 //! A file a family: floats, integers, floats that share a word, colours with a range, blocks.
 
+mod bc6h;
 mod block;
 mod float;
 mod packed;
