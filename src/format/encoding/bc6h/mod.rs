@@ -32,7 +32,9 @@ struct Search {
     modes: usize,
     /// Candidates that are improved code by code.
     refined: usize,
-    /// By which shares of their line ends are moved for another try, in blocks that lose much.
+    /// Of these, candidates that are tried again from other ends, in blocks that lose much.
+    retried: usize,
+    /// By which shares of their line these ends are moved.
     retries: &'static [[f32; 2]],
 }
 
@@ -43,9 +45,9 @@ const RETRIES: [[f32; 2]; 8] =
 impl From<Effort> for Search {
     fn from(effort: Effort) -> Search {
         match effort {
-            Effort::Fast => Search { lines: 0, partitions: 0, modes: 0, refined: 0, retries: &[] },
-            Effort::Normal => Search { lines: 8, partitions: 2, modes: 1, refined: 1, retries: &[] },
-            Effort::Slow => Search { lines: 16, partitions: 6, modes: 2, refined: 4, retries: &RETRIES },
+            Effort::Fast => Search { lines: 0, partitions: 0, modes: 0, refined: 0, retried: 0, retries: &[] },
+            Effort::Normal => Search { lines: 8, partitions: 2, modes: 1, refined: 1, retried: 0, retries: &[] },
+            Effort::Slow => Search { lines: 16, partitions: 6, modes: 1, refined: 3, retried: 1, retries: &RETRIES },
         }
     }
 }
@@ -74,7 +76,7 @@ fn search(texels: &[[f32; 3]; 16], rms: f32, search: Search) -> Content {
     let reaching = MODES.iter().filter(|mode| mode.regions == 1 && excess(&lines, mode) <= mode.reach()[0][1]);
     let mut found: Vec<Candidate<'_>> = reaching.map(|mode| Candidate::of_one(mode, &whole, &lines[0])).collect();
     keep(&mut found, search.refined);
-    if !loses(&found[0], GOOD) {
+    if search.partitions == 0 || !loses(&found[0], GOOD) {
         return found[0].content();
     }
 
@@ -89,12 +91,13 @@ fn search(texels: &[[f32; 3]; 16], rms: f32, search: Search) -> Content {
     }
     keep(&mut found, search.refined);
 
-    // The best, code by code.
-    for candidate in found.iter_mut().take(search.refined) {
-        let again = loses(candidate, HARD);
-        candidate.refine(if again { search.retries } else { &[] });
+    // The best, code by code; then from other ends.
+    found.iter_mut().take(search.refined).for_each(|candidate| candidate.refine(&[]));
+    keep(&mut found, search.retried);
+    if loses(&found[0], HARD) {
+        found.iter_mut().take(search.retried).for_each(|candidate| candidate.refine(search.retries));
+        keep(&mut found, 1);
     }
-    keep(&mut found, 1);
     found[0].content()
 }
 

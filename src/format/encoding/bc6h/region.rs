@@ -6,10 +6,11 @@
 
 use super::palette::{SMALLEST_NORMAL, TOP_LEVEL, level, quantize, slope, unquantize, value};
 
-/// A number a texel. Lanes beyond a region's texels have weight 0.
-type Lanes = [f32; 16];
-/// Lanes that a processor takes at once.
+/// Texels that a processor takes at once.
 const OCTET: usize = 8;
+/// A number a texel, in octets: without bounds to check within them, loops become vector instructions. Lanes beyond a
+/// region's texels have weight 0.
+type Lanes = [[f32; OCTET]; 2];
 
 /// Levels of the two ends of a line.
 pub type Line = [[f32; 3]; 2];
@@ -69,11 +70,23 @@ pub struct Region {
     level_weights: [Lanes; 3],
     texels: [u8; 16],
     count: usize,
+    octets: usize,
     /// The lane whose index lies in the first half of the line.
     anchor: usize,
 }
 
 impl Region {
+    const EMPTY: Region = Region {
+        values: [[[0.0; OCTET]; 2]; 3],
+        weights: [[[0.0; OCTET]; 2]; 3],
+        levels: [[[0.0; OCTET]; 2]; 3],
+        level_weights: [[[0.0; OCTET]; 2]; 3],
+        texels: [0; 16],
+        count: 0,
+        octets: 0,
+        anchor: 0,
+    };
+
     /// A whole block, of values in [0, 65504].
     ///
     /// The square of an error counts relative to the value, and relative to the level's root mean square `rms` besides:
@@ -81,25 +94,16 @@ impl Region {
     /// relative to their texel's largest component, or to a thousandth of the root mean square.
     pub fn whole(texels: &[[f32; 3]; 16], rms: f32) -> Region {
         let rms = rms.max(SMALLEST_NORMAL);
-        let empty = [[0.0; 16]; 3];
-        let mut region = Region {
-            values: empty,
-            weights: empty,
-            levels: empty,
-            level_weights: empty,
-            texels: std::array::from_fn(|t| t as u8),
-            count: 16,
-            anchor: 0,
-        };
+        let mut region = Region { texels: std::array::from_fn(|t| t as u8), count: 16, octets: 2, ..Region::EMPTY };
         for (t, texel) in texels.iter().enumerate() {
             let largest = texel.iter().fold((1e-3 * rms).max(SMALLEST_NORMAL), |a, b| a.max(*b));
             for (c, &value) in texel.iter().enumerate() {
                 let scale = if value >= SMALLEST_NORMAL { value } else { largest };
                 let weight = 1.0 / (scale * scale) + 1.0 / (rms * rms);
-                region.values[c][t] = value;
-                region.weights[c][t] = weight;
-                region.levels[c][t] = level(value);
-                region.level_weights[c][t] = weight * slope(value) * slope(value);
+                region.values[c].as_flattened_mut()[t] = value;
+                region.weights[c].as_flattened_mut()[t] = weight;
+                region.levels[c].as_flattened_mut()[t] = level(value);
+                region.level_weights[c].as_flattened_mut()[t] = weight * slope(value) * slope(value);
             }
         }
         region
@@ -107,30 +111,23 @@ impl Region {
 
     /// The texels whose bits are set in `mask`, `anchor` among them.
     pub fn part(&self, mask: u16, anchor: usize) -> Region {
-        let empty = [[0.0; 16]; 3];
-        let mut part = Region {
-            values: empty,
-            weights: empty,
-            levels: empty,
-            level_weights: empty,
-            texels: [0; 16],
-            count: 0,
-            anchor: 0,
-        };
+        let mut part = Region::EMPTY;
         for t in (0..16).filter(|t| mask >> t & 1 == 1) {
             let lane = part.count;
             if t == anchor {
                 part.anchor = lane;
             }
             for c in 0..3 {
-                part.values[c][lane] = self.values[c][t];
-                part.weights[c][lane] = self.weights[c][t];
-                part.levels[c][lane] = self.levels[c][t];
-                part.level_weights[c][lane] = self.level_weights[c][t];
+                let copy = |from: &Lanes, to: &mut Lanes| to.as_flattened_mut()[lane] = from.as_flattened()[t];
+                copy(&self.values[c], &mut part.values[c]);
+                copy(&self.weights[c], &mut part.weights[c]);
+                copy(&self.levels[c], &mut part.levels[c]);
+                copy(&self.level_weights[c], &mut part.level_weights[c]);
             }
             part.texels[lane] = t as u8;
             part.count += 1;
         }
+        part.octets = part.count.div_ceil(OCTET);
         part
     }
 
@@ -141,7 +138,7 @@ impl Region {
     }
 
     fn residual(&self, mask: u16) -> f32 {
-        let share: Lanes = std::array::from_fn(|t| f32::from(mask >> t & 1));
+        let share: Lanes = lanes(|t| f32::from(mask >> t & 1));
         let (covariance, _) = self.covariance(&share);
         let (_, along) = principal_axis(&covariance);
         let all = covariance[0][0] + covariance[1][1] + covariance[2][2];
@@ -151,30 +148,22 @@ impl Region {
 
     /// Sums of products of the deviations from the mean, and the mean, of texels that count by their share.
     fn covariance(&self, share: &Lanes) -> ([[f32; 3]; 3], [f32; 3]) {
-        let count: f32 = share.iter().sum();
-        let mean = self.levels.map(|lanes| lanes.iter().zip(share).map(|(v, s)| v * s).sum::<f32>() / count);
-        let mut deviations = self.levels;
-        for (lanes, mean) in deviations.iter_mut().zip(mean) {
-            lanes.iter_mut().zip(share).for_each(|(v, s)| *v = (*v - mean) * s);
-        }
-        let product = |a: &Lanes, b: &Lanes| {
-            let mut sums = [0.0; OCTET];
-            for (a, b) in a.as_chunks::<OCTET>().0.iter().zip(b.as_chunks::<OCTET>().0) {
-                (0..OCTET).for_each(|t| sums[t] += a[t] * b[t]);
-            }
-            sums.iter().sum::<f32>()
-        };
-        (std::array::from_fn(|r| std::array::from_fn(|c| product(&deviations[r], &deviations[c]))), mean)
+        let count: f32 = share.as_flattened().iter().sum();
+        let mean: [f32; 3] = std::array::from_fn(|c| dot(&self.levels[c], share) / count);
+        let deviations: [Lanes; 3] = std::array::from_fn(|c| {
+            std::array::from_fn(|o| std::array::from_fn(|t| (self.levels[c][o][t] - mean[c]) * share[o][t]))
+        });
+        (std::array::from_fn(|r| std::array::from_fn(|c| dot(&deviations[r], &deviations[c]))), mean)
     }
 
     /// The line through the texels along their principal axis, fitted in turns with the indices, its first end nearer to
     /// the anchor; and its error, before codes round it.
     pub fn line(&self, steps: &[f32]) -> (Line, f32) {
         // From the first to the last texel along the axis.
-        let share: Lanes = std::array::from_fn(|t| if t < self.count { 1.0 } else { 0.0 });
+        let share = lanes(|t| if t < self.count { 1.0 } else { 0.0 });
         let (covariance, mean) = self.covariance(&share);
         let (axis, _) = principal_axis(&covariance);
-        let along = |t: usize| (0..3).map(|c| axis[c] * (self.levels[c][t] - mean[c])).sum::<f32>();
+        let along = |t: usize| (0..3).map(|c| axis[c] * (self.levels[c].as_flattened()[t] - mean[c])).sum::<f32>();
         let (low, high) = (0..self.count).map(along).fold((f32::MAX, f32::MIN), |(a, b), x| (a.min(x), b.max(x)));
         let end = |x: f32| std::array::from_fn(|c| (mean[c] + axis[c] * x).clamp(0.0, TOP_LEVEL));
         let mut line = [end(low), end(high)];
@@ -196,9 +185,8 @@ impl Region {
         }
 
         let distance = |end: &[f32; 3]| {
-            let of = |c: usize| {
-                (self.levels[c][self.anchor] - end[c]).powi(2) * self.level_weights[c][self.anchor]
-            };
+            let at = |lanes: &Lanes| lanes.as_flattened()[self.anchor];
+            let of = |c: usize| (at(&self.levels[c]) - end[c]).powi(2) * at(&self.level_weights[c]);
             (0..3).map(of).sum::<f32>()
         };
         if distance(&line[1]) < distance(&line[0]) {
@@ -218,7 +206,7 @@ impl Region {
         let mut best = self.assign(ends, bits, steps);
         for _ in 0..2 {
             let mut next = best.ends;
-            let at: Lanes = std::array::from_fn(|t| steps[usize::from(best.indices[t])]);
+            let at: Lanes = lanes(|t| steps[usize::from(best.indices[t])]);
             for c in 0..3 {
                 [next[0][c], next[1][c]] = self.best_codes(c, &best, &at, bits, steps, limits);
             }
@@ -306,11 +294,12 @@ impl Region {
     /// The ends of a channel, in levels, that lose least by weighted least squares.
     fn solve(&self, c: usize, indices: &[u8; 16], steps: &[f32]) -> [f32; 2] {
         // Relative to a texel's level, so that singles are precise enough.
-        let origin = self.levels[c][0];
+        let (levels, weights) = (self.levels[c].as_flattened(), self.level_weights[c].as_flattened());
+        let origin = levels[0];
         let (mut aa, mut ab, mut bb, mut ay, mut by) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for t in 0..self.count {
-            let b = steps[usize::from(indices[t])] / 64.0;
-            let (a, w, y) = (1.0 - b, self.level_weights[c][t], self.levels[c][t] - origin);
+        for ((index, level), w) in indices.iter().zip(levels).zip(weights).take(self.count) {
+            let b = steps[usize::from(*index)] / 64.0;
+            let (a, y) = (1.0 - b, level - origin);
             aa += w * a * a;
             ab += w * a * b;
             bb += w * b * b;
@@ -330,12 +319,12 @@ impl Region {
     /// Error and indices of a line, as if values were straight in levels.
     fn assign_levels(&self, line: &Line, steps: &[f32]) -> (f32, [u8; 16]) {
         let palette = |c: usize, step: f32| line[0][c] + (line[1][c] - line[0][c]) * (step / 64.0);
-        nearest(&self.levels, &self.level_weights, self.count, palette, steps, None)
+        nearest([&self.levels, &self.level_weights], self.octets, palette, steps, None)
     }
 
     /// Error and indices of a palette of values.
     fn assign_values(&self, palette: impl Fn(usize, f32) -> f32, steps: &[f32], anchor: Option<usize>) -> (f32, [u8; 16]) {
-        nearest(&self.values, &self.weights, self.count, palette, steps, anchor)
+        nearest([&self.values, &self.weights], self.octets, palette, steps, anchor)
     }
 
     /// The best indices of these ends.
@@ -349,10 +338,11 @@ impl Region {
     /// What a channel loses between two levels, with the texels at these steps.
     fn channel_error(&self, c: usize, [a, b]: [f32; 2], at: &Lanes) -> f32 {
         let mut sums = [0.0; OCTET];
-        for o in (0..self.count).step_by(OCTET) {
+        for o in 0..self.octets {
+            let (values, weights, at) = (&self.values[c][o], &self.weights[c][o], &at[o]);
             for t in 0..OCTET {
-                let error = value(a, b, at[o + t]) - self.values[c][o + t];
-                sums[t] += error * error * self.weights[c][o + t];
+                let error = value(a, b, at[t]) - values[t];
+                sums[t] += error * error * weights[t];
             }
         }
         sums.iter().sum()
@@ -360,15 +350,16 @@ impl Region {
 
     /// What the channels beside `c` lose at every step.
     fn errors_without(&self, c: usize, ends: &Ends, bits: u32, steps: &[f32]) -> [Lanes; 16] {
-        let mut errors = [[0.0; 16]; 16];
+        let mut errors = [[[0.0; OCTET]; 2]; 16];
         for other in (0..3).filter(|other| *other != c) {
             let [a, b] = [unquantize(ends[0][other], bits), unquantize(ends[1][other], bits)];
             for (errors, step) in errors.iter_mut().zip(steps) {
                 let entry = value(a, b, *step);
-                for o in (0..self.count).step_by(OCTET) {
-                    for t in o..o + OCTET {
-                        let error = entry - self.values[other][t];
-                        errors[t] += error * error * self.weights[other][t];
+                for o in 0..self.octets {
+                    let (values, weights, errors) = (&self.values[other][o], &self.weights[other][o], &mut errors[o]);
+                    for t in 0..OCTET {
+                        let error = entry - values[t];
+                        errors[t] += error * error * weights[t];
                     }
                 }
             }
@@ -378,47 +369,62 @@ impl Region {
 
     /// The error with the best indices, of a channel between two levels and of the others.
     fn error_with(&self, c: usize, [a, b]: [f32; 2], steps: &[f32], others: &[Lanes; 16]) -> f32 {
-        let mut best = [f32::MAX; 16];
+        let mut best = [[f32::MAX; OCTET]; 2];
         let mut of_anchor = 0.0;
         for (i, (others, step)) in others.iter().zip(steps).enumerate() {
             if i == steps.len() / 2 {
-                of_anchor = best[self.anchor];
+                of_anchor = best.as_flattened()[self.anchor];
             }
             let entry = value(a, b, *step);
-            for o in (0..self.count).step_by(OCTET) {
-                for t in o..o + OCTET {
-                    let error = entry - self.values[c][t];
-                    best[t] = best[t].min(others[t] + error * error * self.weights[c][t]);
+            for o in 0..self.octets {
+                let (values, weights, others, best) =
+                    (&self.values[c][o], &self.weights[c][o], &others[o], &mut best[o]);
+                for t in 0..OCTET {
+                    let error = entry - values[t];
+                    let sum = others[t] + error * error * weights[t];
+                    best[t] = if sum < best[t] { sum } else { best[t] };
                 }
             }
         }
-        best[self.anchor] = of_anchor;
-        best[..self.count].iter().sum()
+        best.as_flattened_mut()[self.anchor] = of_anchor;
+        best[..self.octets].as_flattened().iter().sum()
     }
+}
+
+/// A number for each lane.
+fn lanes(of: impl Fn(usize) -> f32) -> Lanes {
+    std::array::from_fn(|o| std::array::from_fn(|t| of(OCTET * o + t)))
+}
+
+fn dot(a: &Lanes, b: &Lanes) -> f32 {
+    let products: [f32; OCTET] = std::array::from_fn(|t| a[0][t] * b[0][t] + a[1][t] * b[1][t]);
+    products.iter().sum()
 }
 
 /// Sum over the lanes of the least weighted squares, and the steps where they are: of the lane `anchor` in the first half
 /// of the steps.
 #[inline(always)]
 fn nearest(
-    points: &[Lanes; 3],
-    weights: &[Lanes; 3],
-    count: usize,
+    [points, weights]: [&[Lanes; 3]; 2],
+    octets: usize,
     palette: impl Fn(usize, f32) -> f32,
     steps: &[f32],
     anchor: Option<usize>,
 ) -> (f32, [u8; 16]) {
-    let (mut best, mut at) = ([f32::MAX; 16], [0_i32; 16]);
+    let (mut best, mut at) = ([[f32::MAX; OCTET]; 2], [[0_i32; OCTET]; 2]);
     let mut of_anchor = (0.0, 0);
     for (i, step) in steps.iter().enumerate() {
         if let Some(lane) = anchor.filter(|_| i == steps.len() / 2) {
-            of_anchor = (best[lane], at[lane]);
+            of_anchor = (best.as_flattened()[lane], at.as_flattened()[lane]);
         }
         let entry: [f32; 3] = std::array::from_fn(|c| palette(c, *step));
-        for o in (0..count).step_by(OCTET) {
-            for t in o..o + OCTET {
-                let [r, g, b]: [f32; 3] = std::array::from_fn(|c| points[c][t] - entry[c]);
-                let error = r * r * weights[0][t] + g * g * weights[1][t] + b * b * weights[2][t];
+        for o in 0..octets {
+            let [r, g, b]: [&[f32; OCTET]; 3] = std::array::from_fn(|c| &points[c][o]);
+            let [r2, g2, b2]: [&[f32; OCTET]; 3] = std::array::from_fn(|c| &weights[c][o]);
+            let (best, at) = (&mut best[o], &mut at[o]);
+            for t in 0..OCTET {
+                let (r, g, b) = (r[t] - entry[0], g[t] - entry[1], b[t] - entry[2]);
+                let error = r * r * r2[t] + g * g * g2[t] + b * b * b2[t];
                 let is_less = error < best[t];
                 best[t] = if is_less { error } else { best[t] };
                 at[t] = if is_less { i as i32 } else { at[t] };
@@ -426,9 +432,11 @@ fn nearest(
         }
     }
     if let Some(lane) = anchor {
-        (best[lane], at[lane]) = of_anchor;
+        (best.as_flattened_mut()[lane], at.as_flattened_mut()[lane]) = of_anchor;
     }
-    (best[..count].iter().sum(), at.map(|i| i as u8))
+    let mut indices = [0; 16];
+    indices.iter_mut().zip(at.as_flattened()).for_each(|(to, from)| *to = *from as u8);
+    (best[..octets].as_flattened().iter().sum(), indices)
 }
 
 /// The unit vector along which most of the variance lies, and how much, by power iteration; (0, 0, 0) where there is none.
