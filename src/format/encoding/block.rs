@@ -39,10 +39,13 @@ pub fn encode(values: &[f32], channels: usize, pictures: Pictures, repr: Repr, e
         match repr {
             Repr::Bc6h => {
                 let texel = |x: u32, y: u32| [0, 1, 2].map(|c| held(value(x, y, c)));
-                let of_block = |x0: u32| -> [[f32; 3]; TEXELS] {
-                    std::array::from_fn(|t| texel(SIDE * x0 + t as u32 % SIDE, t as u32 / SIDE))
+                let block = |x0: u32| {
+                    let at = |t: usize| (SIDE * x0 + t as u32 % SIDE, t as u32 / SIDE);
+                    let is_inside = |(x, y): (u32, u32)| x < pictures.width && y0 + y < pictures.height;
+                    let inside = (0..TEXELS).map(|t| u16::from(is_inside(at(t))) << t).sum();
+                    bc6h::encode(&std::array::from_fn(|t| texel(at(t).0, at(t).1)), inside, rms, effort)
                 };
-                (0..columns).flat_map(|x0| bc6h::encode(&of_block(x0), rms, effort)).collect()
+                (0..columns).flat_map(block).collect()
             }
             Repr::Bc5 => {
                 let (red, green) = (bc4(&plane(0), width, effort), bc4(&plane(1), width, effort));

@@ -50,80 +50,120 @@ pub static MODES: [Mode; 14] = [
         rest: [5, 5, 5],
         regions: 2,
         head: (0b00, 2),
-        fields: LazyLock::new(|| bits("g2:4 b2:4 b3:4 r0:0-9 g0:0-9 b0:0-9 r1:0-4 g3:4 g2:0-3 g1:0-4 b3:0 g3:0-3 b1:0-4 b3:1 b2:0-3 r2:0-4 \
-                 b3:2 r3:0-4 b3:3")),
+        fields: LazyLock::new(|| {
+            bits(
+                "g2:4 b2:4 b3:4 r0:0-9 g0:0-9 b0:0-9 r1:0-4 g3:4 g2:0-3 g1:0-4 b3:0 g3:0-3 b1:0-4 b3:1 b2:0-3 r2:0-4 \
+                 b3:2 r3:0-4 b3:3",
+            )
+        }),
     },
     Mode {
         bits: 7,
         rest: [6, 6, 6],
         regions: 2,
         head: (0b01, 2),
-        fields: LazyLock::new(|| bits("g2:5 g3:4 g3:5 r0:0-6 b3:0 b3:1 b2:4 g0:0-6 b2:5 b3:2 g2:4 b0:0-6 b3:3 b3:5 b3:4 r1:0-5 g2:0-3 \
-                 g1:0-5 g3:0-3 b1:0-5 b2:0-3 r2:0-5 r3:0-5")),
+        fields: LazyLock::new(|| {
+            bits(
+                "g2:5 g3:4 g3:5 r0:0-6 b3:0 b3:1 b2:4 g0:0-6 b2:5 b3:2 g2:4 b0:0-6 b3:3 b3:5 b3:4 r1:0-5 g2:0-3 \
+                 g1:0-5 g3:0-3 b1:0-5 b2:0-3 r2:0-5 r3:0-5",
+            )
+        }),
     },
     Mode {
         bits: 11,
         rest: [5, 4, 4],
         regions: 2,
         head: (0b00010, 5),
-        fields: LazyLock::new(|| bits("r0:0-9 g0:0-9 b0:0-9 r1:0-4 r0:10 g2:0-3 g1:0-3 g0:10 b3:0 g3:0-3 b1:0-3 b0:10 b3:1 b2:0-3 r2:0-4 \
-                 b3:2 r3:0-4 b3:3")),
+        fields: LazyLock::new(|| {
+            bits(
+                "r0:0-9 g0:0-9 b0:0-9 r1:0-4 r0:10 g2:0-3 g1:0-3 g0:10 b3:0 g3:0-3 b1:0-3 b0:10 b3:1 b2:0-3 r2:0-4 \
+                 b3:2 r3:0-4 b3:3",
+            )
+        }),
     },
     Mode {
         bits: 11,
         rest: [4, 5, 4],
         regions: 2,
         head: (0b00110, 5),
-        fields: LazyLock::new(|| bits("r0:0-9 g0:0-9 b0:0-9 r1:0-3 r0:10 g3:4 g2:0-3 g1:0-4 g0:10 g3:0-3 b1:0-3 b0:10 b3:1 b2:0-3 r2:0-3 \
-                 b3:0 b3:2 r3:0-3 g2:4 b3:3")),
+        fields: LazyLock::new(|| {
+            bits(
+                "r0:0-9 g0:0-9 b0:0-9 r1:0-3 r0:10 g3:4 g2:0-3 g1:0-4 g0:10 g3:0-3 b1:0-3 b0:10 b3:1 b2:0-3 r2:0-3 \
+                 b3:0 b3:2 r3:0-3 g2:4 b3:3",
+            )
+        }),
     },
     Mode {
         bits: 11,
         rest: [4, 4, 5],
         regions: 2,
         head: (0b01010, 5),
-        fields: LazyLock::new(|| bits("r0:0-9 g0:0-9 b0:0-9 r1:0-3 r0:10 b2:4 g2:0-3 g1:0-3 g0:10 b3:0 g3:0-3 b1:0-4 b0:10 b2:0-3 r2:0-3 \
-                 b3:1 b3:2 r3:0-3 b3:4 b3:3")),
+        fields: LazyLock::new(|| {
+            bits(
+                "r0:0-9 g0:0-9 b0:0-9 r1:0-3 r0:10 b2:4 g2:0-3 g1:0-3 g0:10 b3:0 g3:0-3 b1:0-4 b0:10 b2:0-3 r2:0-3 \
+                 b3:1 b3:2 r3:0-3 b3:4 b3:3",
+            )
+        }),
     },
     Mode {
         bits: 9,
         rest: [5, 5, 5],
         regions: 2,
         head: (0b01110, 5),
-        fields: LazyLock::new(|| bits("r0:0-8 b2:4 g0:0-8 g2:4 b0:0-8 b3:4 r1:0-4 g3:4 g2:0-3 g1:0-4 b3:0 g3:0-3 b1:0-4 b3:1 b2:0-3 r2:0-4 \
-                 b3:2 r3:0-4 b3:3")),
+        fields: LazyLock::new(|| {
+            bits(
+                "r0:0-8 b2:4 g0:0-8 g2:4 b0:0-8 b3:4 r1:0-4 g3:4 g2:0-3 g1:0-4 b3:0 g3:0-3 b1:0-4 b3:1 b2:0-3 r2:0-4 \
+                 b3:2 r3:0-4 b3:3",
+            )
+        }),
     },
     Mode {
         bits: 8,
         rest: [6, 5, 5],
         regions: 2,
         head: (0b10010, 5),
-        fields: LazyLock::new(|| bits("r0:0-7 g3:4 b2:4 g0:0-7 b3:2 g2:4 b0:0-7 b3:3 b3:4 r1:0-5 g2:0-3 g1:0-4 b3:0 g3:0-3 b1:0-4 b3:1 \
-                 b2:0-3 r2:0-5 r3:0-5")),
+        fields: LazyLock::new(|| {
+            bits(
+                "r0:0-7 g3:4 b2:4 g0:0-7 b3:2 g2:4 b0:0-7 b3:3 b3:4 r1:0-5 g2:0-3 g1:0-4 b3:0 g3:0-3 b1:0-4 b3:1 \
+                 b2:0-3 r2:0-5 r3:0-5",
+            )
+        }),
     },
     Mode {
         bits: 8,
         rest: [5, 6, 5],
         regions: 2,
         head: (0b10110, 5),
-        fields: LazyLock::new(|| bits("r0:0-7 b3:0 b2:4 g0:0-7 g2:5 g2:4 b0:0-7 g3:5 b3:4 r1:0-4 g3:4 g2:0-3 g1:0-5 g3:0-3 b1:0-4 b3:1 \
-                 b2:0-3 r2:0-4 b3:2 r3:0-4 b3:3")),
+        fields: LazyLock::new(|| {
+            bits(
+                "r0:0-7 b3:0 b2:4 g0:0-7 g2:5 g2:4 b0:0-7 g3:5 b3:4 r1:0-4 g3:4 g2:0-3 g1:0-5 g3:0-3 b1:0-4 b3:1 \
+                 b2:0-3 r2:0-4 b3:2 r3:0-4 b3:3",
+            )
+        }),
     },
     Mode {
         bits: 8,
         rest: [5, 5, 6],
         regions: 2,
         head: (0b11010, 5),
-        fields: LazyLock::new(|| bits("r0:0-7 b3:1 b2:4 g0:0-7 b2:5 g2:4 b0:0-7 b3:5 b3:4 r1:0-4 g3:4 g2:0-3 g1:0-4 b3:0 g3:0-3 b1:0-5 \
-                 b2:0-3 r2:0-4 b3:2 r3:0-4 b3:3")),
+        fields: LazyLock::new(|| {
+            bits(
+                "r0:0-7 b3:1 b2:4 g0:0-7 b2:5 g2:4 b0:0-7 b3:5 b3:4 r1:0-4 g3:4 g2:0-3 g1:0-4 b3:0 g3:0-3 b1:0-5 \
+                 b2:0-3 r2:0-4 b3:2 r3:0-4 b3:3",
+            )
+        }),
     },
     Mode {
         bits: 6,
         rest: [6, 6, 6],
         regions: 2,
         head: (0b11110, 5),
-        fields: LazyLock::new(|| bits("r0:0-5 g3:4 b3:0 b3:1 b2:4 g0:0-5 g2:5 b2:5 b3:2 g2:4 b0:0-5 g3:5 b3:3 b3:5 b3:4 r1:0-5 g2:0-3 \
-                 g1:0-5 g3:0-3 b1:0-5 b2:0-3 r2:0-5 r3:0-5")),
+        fields: LazyLock::new(|| {
+            bits(
+                "r0:0-5 g3:4 b3:0 b3:1 b2:4 g0:0-5 g2:5 b2:5 b3:2 g2:4 b0:0-5 g3:5 b3:3 b3:5 b3:4 r1:0-5 g2:0-3 \
+                 g1:0-5 g3:0-3 b1:0-5 b2:0-3 r2:0-5 r3:0-5",
+            )
+        }),
     },
     Mode {
         bits: 10,

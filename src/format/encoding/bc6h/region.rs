@@ -87,19 +87,21 @@ impl Region {
         anchor: 0,
     };
 
-    /// A whole block, of values in [0, 65504].
+    /// A whole block, of values in [0, 65504]. Texels whose bit of `inside` is not set count next to nothing.
     ///
     /// The square of an error counts relative to the value, and relative to the level's root mean square `rms` besides:
     /// both measures of the loss get smaller together. Values below 2⁻¹⁴ have no meaningful relative error; they are held
     /// relative to their texel's largest component, or to a thousandth of the root mean square.
-    pub fn whole(texels: &[[f32; 3]; 16], rms: f32) -> Region {
+    pub fn whole(texels: &[[f32; 3]; 16], inside: u16, rms: f32) -> Region {
         let rms = rms.max(SMALLEST_NORMAL);
         let mut region = Region { texels: std::array::from_fn(|t| t as u8), count: 16, octets: 2, ..Region::EMPTY };
         for (t, texel) in texels.iter().enumerate() {
+            // Not 0: a line through texels that do not count would have no ends.
+            let share = if inside >> t & 1 == 1 { 1.0 } else { 1e-6 };
             let largest = texel.iter().fold((1e-3 * rms).max(SMALLEST_NORMAL), |a, b| a.max(*b));
             for (c, &value) in texel.iter().enumerate() {
                 let scale = if value >= SMALLEST_NORMAL { value } else { largest };
-                let weight = 1.0 / (scale * scale) + 1.0 / (rms * rms);
+                let weight = share * (1.0 / (scale * scale) + 1.0 / (rms * rms));
                 region.values[c].as_flattened_mut()[t] = value;
                 region.weights[c].as_flattened_mut()[t] = weight;
                 region.levels[c].as_flattened_mut()[t] = level(value);
@@ -323,7 +325,12 @@ impl Region {
     }
 
     /// Error and indices of a palette of values.
-    fn assign_values(&self, palette: impl Fn(usize, f32) -> f32, steps: &[f32], anchor: Option<usize>) -> (f32, [u8; 16]) {
+    fn assign_values(
+        &self,
+        palette: impl Fn(usize, f32) -> f32,
+        steps: &[f32],
+        anchor: Option<usize>,
+    ) -> (f32, [u8; 16]) {
         nearest([&self.values, &self.weights], self.octets, palette, steps, anchor)
     }
 
