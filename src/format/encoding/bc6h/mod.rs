@@ -417,7 +417,7 @@ mod tests {
 
     #[test]
     fn texels_beyond_the_edge_of_a_picture_cost_nothing() {
-        // Four texels of the picture, which two lines hold; the others would need more.
+        // Four texels of the picture, which two lines hold to a code; 16 need more.
         let mut numbers = Numbers(4);
         let texels: Texels = [[0.0; 3]; 16].map(|texel| texel.map(|_: f32| 0.5 + numbers.next()));
         let inside = 0x0033;
@@ -428,7 +428,7 @@ mod tests {
             components.map(|(t, c)| (found[t][c] / texels[t][c] - 1.0).abs()).fold(0.0, f32::max)
         };
         println!("worst of four texels {:.1e}, among 16 {:.1e}", worst(inside), worst(ALL));
-        assert!(worst(inside) < 0.1 * worst(ALL));
+        assert!(worst(inside) < 0.25 * worst(ALL));
     }
 
     /// The figures of docs/bc6h.md: `BC6H_CUBE=cube.ktx2`, of single floats.
