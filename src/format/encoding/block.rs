@@ -23,7 +23,7 @@ const TEXELS: usize = 16;
 pub fn encode(values: &[f32], channels: usize, pictures: Pictures, repr: Repr, effort: Effort) -> Vec<u8> {
     let columns = pictures.width.div_ceil(SIDE);
     let rows = pictures.height.div_ceil(SIDE);
-    let held = |v: f32| v.max(0.0).min(float::HALF_MAX);
+    let held = |v: f32| if v.is_nan() { 0.0 } else { v.clamp(0.0, float::HALF_MAX) };
     let rms = root_mean_square(values.iter().map(|v| held(*v)));
     let of_row = |row: u32| {
         let (picture, y0) = (row / rows, row % rows * SIDE);

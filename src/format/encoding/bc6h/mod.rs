@@ -2,8 +2,9 @@
 //!
 //! A block has 128 bits: two ends of a line of colours and 16 steps between them for all 16 texels, or two lines of 8
 //! steps for the two regions of one of 32 partitions. 14 modes share the bits out differently. The search looks for the
-//! block that loses least *relative to the values*, not least in levels of light: radiance spans decades, and its dark
-//! texels are seen beside dark ones. See [`Region::whole`] for the measure.
+//! block that loses least *relative to the values*, and relative to the picture's root mean square besides: radiance spans
+//! decades, dark texels are seen beside dark ones, and a sun must not lose its light. Encoders that compare the bits of
+//! half floats care for neither. See [`Region::whole`] for the measure.
 //!
 //! The search: a line through all texels, in each mode of one region; the partitions in the order of what lines through
 //! their regions leave over, in the modes that reach that far; the best few again, code by code; and, of blocks that still

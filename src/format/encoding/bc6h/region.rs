@@ -202,15 +202,17 @@ impl Region {
     /// The best codes that this search finds within the limits, from those of a line.
     pub fn fit(&self, line: &Line, bits: u32, steps: &[f32], limits: &Limits) -> Fit {
         let mut ends = line.map(|end| end.map(|level| quantize(level, bits)));
-        for c in 0..3 {
-            [ends[0][c], ends[1][c]] = limits.clamp(c, [ends[0][c], ends[1][c]]);
+        let [first, second] = &mut ends;
+        for (c, (a, b)) in first.iter_mut().zip(second).enumerate() {
+            [*a, *b] = limits.clamp(c, [*a, *b]);
         }
         let mut best = self.assign(ends, bits, steps);
         for _ in 0..2 {
             let mut next = best.ends;
             let at: Lanes = lanes(|t| steps[usize::from(best.indices[t])]);
-            for c in 0..3 {
-                [next[0][c], next[1][c]] = self.best_codes(c, &best, &at, bits, steps, limits);
+            let [first, second] = &mut next;
+            for (c, (a, b)) in first.iter_mut().zip(second).enumerate() {
+                [*a, *b] = self.best_codes(c, &best, &at, bits, steps, limits);
             }
             if next == best.ends {
                 break;
