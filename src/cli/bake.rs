@@ -310,7 +310,7 @@ impl BakePlan {
             Shape::Volume { depth } => format!("{width}x{height}x{depth}"),
             _ => format!("{width}x{height}"),
         };
-        let (worst, rounding) = (report.worst() + report.truth_error, written.rounding.max_abs);
+        let (worst, rounding) = (report.worst() + report.truth_error, written.rounding.most.max_abs);
         console.result(
             &format!(
                 "{}  {size} {}  max error {worst:.1e} (+ {rounding:.1e} rounding)  {seconds:.2} s  {}",
@@ -329,7 +329,7 @@ impl BakePlan {
                 "max_error": worst,
                 "median_error": report.median(),
                 "rounding": rounding,
-                "rounding_rms": written.rounding.rms,
+                "rounding_rms": written.rounding.most.rms,
                 "checked_texels": report.truth_texels,
                 "rule": job.rule_name(),
                 "output_texels": texture.levels[0].len() / channels,

@@ -33,7 +33,7 @@ use std::path::Path;
 pub use self::babylon::BabylonEnv;
 pub use self::dds::Dds;
 pub use self::encoding::{
-    Compression, ENCODINGS, Effort, Encoding, Pictures, Repr, Rounding, Steps, Storage, decode, encode, rounding,
+    Compression, ENCODINGS, Effort, Encoding, Loss, Pictures, Repr, Rounding, Steps, Storage, decode, encode, rounding,
 };
 pub use self::exr::Exr;
 pub use self::fingerprint::{Changed, Fingerprint, SHA256};

@@ -2,6 +2,7 @@
 //!
 //! A file a family: floats, integers, floats that share a word, colours with a range, blocks.
 
+mod bc6h;
 mod block;
 mod float;
 mod packed;
@@ -400,51 +401,107 @@ pub fn decode(bytes: &[u8], channels: usize, pictures: Pictures, encoding: Encod
     values
 }
 
-/// What an encoding did to the values of a texture. Values that were clamped are left out.
+/// What an encoding did to values. Those that were clamped are left out.
+///
+/// Two measures say how much is lost on the whole. `rms_rel` is the root of what renderers call the relative mean squared
+/// error (Rousselle, Knaus, Zwicker 2011): it counts every component in proportion to itself. `rms` is the
+/// normalised root mean square error, in which the brightest texels decide.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rounding {
+pub struct Loss {
     /// The largest difference between a value and what is stored.
     pub max_abs: f64,
     /// The largest difference relative to the value, over values of at least 2⁻¹⁴: the smallest normal half float.
     /// Below it halves are evenly spaced, and the ratio only tells how near to 0 a value happens to lie.
     pub max_rel: f64,
-    /// Root mean square of the differences, over that of the values, in the level where it is largest.
+    /// Root mean square of the differences over that of the values: √(Σ (stored − value)² / Σ value²).
     pub rms: f64,
-    /// Root mean square of the differences relative to their values, over values of at least 2⁻¹⁴, in the level where it
-    /// is largest.
+    /// Root mean square of the differences relative to their values, over values of at least 2⁻¹⁴:
+    /// √(mean ((stored − value) / value)²) over texels and channels.
     pub rms_rel: f64,
+}
+
+/// What an encoding did to the values of a texture. Values that were clamped are left out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rounding {
+    /// Each figure of the level where it is largest.
+    pub most: Loss,
+    /// Level by level.
+    pub levels: Vec<Loss>,
+    /// Of all texels of the levels after the first, which a filter made smooth; `None` of a single level.
+    pub filtered: Option<Loss>,
     /// Values outside [`Repr::range`], stored as its nearest end.
     pub clamped: usize,
+}
+
+/// The sums behind a [`Loss`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Losses {
+    max_abs: f64,
+    max_rel: f64,
+    squares: f64,
+    squared_values: f64,
+    squared_ratios: f64,
+    ratios: f64,
+}
+
+impl Losses {
+    fn count(&mut self, value: f32, stored: f32) {
+        let (value, error) = (f64::from(value.abs()), (f64::from(stored) - f64::from(value)).abs());
+        self.max_abs = self.max_abs.max(error);
+        self.squares += error * error;
+        self.squared_values += value * value;
+        if value >= f16::MIN_POSITIVE.to_f64() {
+            self.max_rel = self.max_rel.max(error / value);
+            self.squared_ratios += (error / value).powi(2);
+            self.ratios += 1.0;
+        }
+    }
+
+    fn and(self, other: Losses) -> Losses {
+        Losses {
+            max_abs: self.max_abs.max(other.max_abs),
+            max_rel: self.max_rel.max(other.max_rel),
+            squares: self.squares + other.squares,
+            squared_values: self.squared_values + other.squared_values,
+            squared_ratios: self.squared_ratios + other.squared_ratios,
+            ratios: self.ratios + other.ratios,
+        }
+    }
+
+    fn loss(self) -> Loss {
+        let root = |sum: f64, over: f64| if over > 0.0 { (sum / over).sqrt() } else { 0.0 };
+        Loss {
+            max_abs: self.max_abs,
+            max_rel: self.max_rel,
+            rms: root(self.squares, self.squared_values),
+            rms_rel: root(self.squared_ratios, self.ratios),
+        }
+    }
 }
 
 impl Rounding {
     /// Compares, level by level, what is stored with what was to be stored.
     pub(super) fn between(texture: &Texture, repr: Repr, stored: &[Vec<f32>]) -> Rounding {
         let range = repr.range();
-        let mut report = Rounding::default();
-        for (level, stored) in texture.levels.iter().zip(stored) {
-            let (mut squares, mut values2, mut relative2, mut relatives) = (0.0, 0.0, 0.0, 0);
+        let mut clamped = 0;
+        let mut of_level = |(level, stored): (&Vec<f32>, &Vec<f32>)| {
+            let mut losses = Losses::default();
             for (&value, &stored) in level.iter().zip(stored) {
-                if !range.contains(&value) {
-                    report.clamped += 1;
-                    continue;
-                }
-                let (value, error) = (f64::from(value.abs()), (f64::from(stored) - f64::from(value)).abs());
-                report.max_abs = report.max_abs.max(error);
-                squares += error * error;
-                values2 += value * value;
-                if value >= f16::MIN_POSITIVE.to_f64() {
-                    report.max_rel = report.max_rel.max(error / value);
-                    relative2 += (error / value).powi(2);
-                    relatives += 1;
-                }
+                if range.contains(&value) { losses.count(value, stored) } else { clamped += 1 }
             }
-            if values2 > 0.0 {
-                report.rms = report.rms.max((squares / values2).sqrt());
-                report.rms_rel = report.rms_rel.max((relative2 / f64::from(relatives.max(1))).sqrt());
-            }
-        }
-        report
+            losses
+        };
+        let losses: Vec<Losses> = texture.levels.iter().zip(stored).map(&mut of_level).collect();
+        let levels: Vec<Loss> = losses.iter().map(|level| level.loss()).collect();
+        let largest = |of: fn(&Loss) -> f64| levels.iter().map(of).fold(0.0, f64::max);
+        let most = Loss {
+            max_abs: largest(|l| l.max_abs),
+            max_rel: largest(|l| l.max_rel),
+            rms: largest(|l| l.rms),
+            rms_rel: largest(|l| l.rms_rel),
+        };
+        let filtered = losses.iter().skip(1).copied().reduce(Losses::and).map(Losses::loss);
+        Rounding { most, levels, filtered, clamped }
     }
 }
 
@@ -607,10 +664,33 @@ mod tests {
         let tie = 1.0 + 1.0 / 2048.0;
         let report = rounding(&table(vec![0.5, tie, 70000.0, 65504.0]), by_name("r16f")).unwrap();
         let tie = f64::from(tie);
-        assert_eq!((report.max_abs, report.max_rel, report.clamped), (1.0 / 2048.0, 1.0 / 2048.0 / tie, 1));
+        let most = report.most;
+        assert_eq!((most.max_abs, most.max_rel, report.clamped), (1.0 / 2048.0, 1.0 / 2048.0 / tie, 1));
         let squares = 0.25 + tie * tie + 65504.0 * 65504.0;
-        assert_eq!(report.rms, (1.0 / 2048.0 / 2048.0 / squares).sqrt());
-        assert_eq!(report.rms_rel, ((1.0 / 2048.0 / tie).powi(2) / 3.0).sqrt());
-        assert_eq!(rounding(&table(vec![0.1, 1e30]), by_name("r32f")).unwrap(), Rounding::default());
+        assert_eq!(most.rms, (1.0 / 2048.0 / 2048.0 / squares).sqrt());
+        assert_eq!(most.rms_rel, ((1.0 / 2048.0 / tie).powi(2) / 3.0).sqrt());
+        assert_eq!((report.levels, report.filtered), (vec![most], None));
+        let exact = rounding(&table(vec![0.1, 1e30]), by_name("r32f")).unwrap();
+        assert_eq!((exact.most, exact.clamped), (Loss::default(), 0));
+    }
+
+    #[test]
+    fn filtered_levels_count_by_their_texels() {
+        let halves = by_name("r16f");
+        // Level 0 of 2 × 2 texels is exact; of level 1, one texel, the half is off by a known share.
+        let off = 1.0 + 1.0 / 4096.0;
+        let texture = Texture {
+            shape: Shape::Cube,
+            width: 2,
+            height: 2,
+            channels: vec!["a".into()],
+            levels: vec![vec![1.0; 24], vec![1.0, 1.0, 1.0, off, off, 1.0]],
+            meta: Meta::default(),
+        };
+        let report = rounding(&texture, halves).unwrap();
+        let share = (f64::from(off) - 1.0) / f64::from(off);
+        let filtered = report.filtered.unwrap();
+        assert_eq!(filtered.rms_rel, (2.0 * share * share / 6.0).sqrt());
+        assert_eq!((report.levels[0], report.levels[1], report.most), (Loss::default(), filtered, filtered));
     }
 }
