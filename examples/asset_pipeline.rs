@@ -36,7 +36,7 @@ fn run(assets: &Path, out: &Path) -> Result<()> {
     // The BRDF of the engine's shaders, spelled as `brdf-baker list` does.
     let request = TableRequest { visibility: "schlick-ggx".into(), size: (128, 32), ..TableRequest::new("split-sum") };
     let written = baker.table(&request, out.join("dfg.ktx2"))?;
-    println!("dfg.ktx2: {} bytes, off by {:.1e} at most from rounding", written.bytes, written.rounding.max_abs);
+    println!("dfg.ktx2: {} bytes, off by {:.1e} at most from rounding", written.bytes, written.rounding.most.max_abs);
 
     // Environments, where something changed.
     let request = SpecularRequest { size: Some(128), ..SpecularRequest::default() };

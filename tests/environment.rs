@@ -382,7 +382,11 @@ fn charlie_is_right_at_every_alpha_that_it_accepts() {
 fn qualities_keep_what_they_state() {
     on_gpu(|backend| {
         for quality in &brdf_baker::bake::quality::QUALITIES {
-            for (name, source) in [("sun", sun_sky(256)), ("room", room(256)), ("colours", colours(256))] {
+            // The draft's own error leaves room for what the standard is held to elsewhere: every scene, half of the bounds.
+            let is_draft = quality.name == "draft";
+            let share = if is_draft { 0.5 } else { 1.0 };
+            let few = ["sun", "room", "colours"];
+            for (name, source) in scenes(256).into_iter().filter(|(name, _)| is_draft || few.contains(name)) {
                 let request = SpecularRequest { size: Some(128), quality: quality.name.into(), ..Default::default() };
                 let job = request.resolve().unwrap();
                 let cube = baked(&job, &source, backend);
@@ -390,7 +394,7 @@ fn qualities_keep_what_they_state() {
                 let (rms, max) = errors.iter().fold((0.0f64, 0.0f64), |(r, m), e| (r.max(e.rms), m.max(e.max)));
                 println!("{}, {name}: rms {rms:.1e}, max {max:.1e}", quality.name);
                 assert!(
-                    rms <= quality.rms_bound && max <= quality.worst_bound,
+                    rms <= share * quality.rms_bound && max <= share * quality.worst_bound,
                     "{}, {name}: {rms:e} {max:e}",
                     quality.name
                 );

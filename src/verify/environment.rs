@@ -135,8 +135,8 @@ pub fn expected(job: &SpecularJob, source: &Environment<'_>, mip: u32, texels: &
 pub(super) fn brightest(picture: &Picture<'_>) -> [f64; 3] {
     let texels = picture.texels();
     let sum = |t: &[f32; 3]| t[0] + t[1] + t[2];
-    let by_sum = |a: &usize, b: &usize| sum(&texels[*a]).total_cmp(&sum(&texels[*b])).then(b.cmp(a));
-    picture.direction((0..texels.len()).max_by(by_sum).expect("a picture has texels"))
+    let most = texels.iter().map(sum).fold(f32::MIN, f32::max);
+    picture.direction(texels.iter().position(|t| sum(t) == most).expect("a picture has texels"))
 }
 
 /// The truth of either kind of picture.
@@ -332,10 +332,7 @@ impl<'a> Truth<'a> {
                 let (shift, slope) = (0.5 - 0.5 * n[1] * cos, -0.5 * sin);
                 h.extend(at.iter().map(|along| shift + slope * along));
                 kernel(&mut h);
-                let mut part = [0.0; 3];
-                for (k, texel) in h.iter().zip(texels) {
-                    (0..3).for_each(|c| part[c] += k * f64::from(texel[c]));
-                }
+                let part = weighted(&h, texels);
                 (0..3).for_each(|c| sum[c] += share * sin * part[c]);
             };
             let [all, lit, near, nearest] = ranges;
@@ -410,6 +407,21 @@ impl<'a> Truth<'a> {
             .sum();
         sum / (4 * rows * columns) as f64
     }
+}
+
+/// Σ weight · texel, as four sums that do not wait for each other.
+fn weighted(weights: &[f64], texels: &[[f32; 3]]) -> [f64; 3] {
+    let mut sums = [[0.0; 3]; 4];
+    let ((weights, last_weights), (texels, last_texels)) = (weights.as_chunks::<4>(), texels.as_chunks::<4>());
+    for (weights, texels) in weights.iter().zip(texels) {
+        for (sum, (weight, texel)) in sums.iter_mut().zip(weights.iter().zip(texels)) {
+            (0..3).for_each(|c| sum[c] += weight * f64::from(texel[c]));
+        }
+    }
+    for (weight, texel) in last_weights.iter().zip(last_texels) {
+        (0..3).for_each(|c| sums[0][c] += weight * f64::from(texel[c]));
+    }
+    std::array::from_fn(|c| sums[0][c] + sums[1][c] + (sums[2][c] + sums[3][c]))
 }
 
 /// What texels that are cut alike have in common, and memory that is used again.

@@ -328,6 +328,9 @@ fn word(texel: &[u8]) -> u32 {
     texel.first_chunk().map_or(0, |b| u32::from_le_bytes(*b))
 }
 
+/// Texels that are converted together.
+const RUN: usize = 1 << 10;
+
 /// A level as bytes, little endian, rounded to nearest even. `values` holds `channels` a texel, picture by picture. Components
 /// beyond the channels hold 0, a fourth one 1; a value outside [`Repr::range`] becomes the nearest one inside, NaN stays
 /// NaN in floats and becomes 0 elsewhere.
@@ -340,20 +343,30 @@ pub fn encode(values: &[f32], channels: usize, pictures: Pictures, storage: impl
     let mut bytes = Vec::with_capacity(values.len() / channels * encoding.unit_bytes());
     let range = encoding.repr.range();
     let is_float = matches!(encoding.repr, Repr::F16 | Repr::F32);
-    let mut each = |put: &dyn Fn(&[f32], &mut Vec<u8>)| {
-        for texel in values.chunks_exact(channels) {
-            let mut padded = [0.0, 0.0, 0.0, 1.0];
-            padded[..channels].copy_from_slice(texel);
-            for v in &mut padded {
-                *v = if v.is_nan() && !is_float { 0.0 } else { v.clamp(*range.start(), *range.end()) };
+    let n = encoding.components;
+    // What fills a texel stays as it is from run to run.
+    let mut run = [0.0, 0.0, 0.0, 1.0][..n].repeat(RUN.min(values.len() / channels));
+    for texels in values.chunks(RUN * channels) {
+        let run = &mut run[..texels.len() / channels * n];
+        for (to, texel) in run.chunks_exact_mut(n).zip(texels.chunks_exact(channels)) {
+            for (to, v) in to.iter_mut().zip(texel) {
+                *to = if v.is_nan() && !is_float { 0.0 } else { v.clamp(*range.start(), *range.end()) };
             }
-            put(&padded[..encoding.components], &mut bytes);
         }
+        encode_run(run, encoding, &mut bytes);
+    }
+    Ok(bytes)
+}
+
+/// Texels of as many components as the encoding has, within its range.
+fn encode_run(run: &[f32], encoding: Encoding, bytes: &mut Vec<u8>) {
+    let mut each = |put: &dyn Fn(&[f32], &mut Vec<u8>)| {
+        run.chunks_exact(encoding.components).for_each(|texel| put(texel, bytes));
     };
     let rgb = |texel: &[f32]| [texel[0], texel[1], texel[2]];
     match encoding.repr {
-        Repr::F16 => each(&float::encode_halves),
-        Repr::F32 => each(&float::encode_singles),
+        Repr::F16 => float::encode_halves(run, bytes),
+        Repr::F32 => float::encode_singles(run, bytes),
         Repr::Unorm8 => each(&unorm::encode_bytes),
         Repr::Unorm16 => each(&unorm::encode_words),
         Repr::Unorm10 => each(&unorm::encode_ten),
@@ -363,9 +376,8 @@ pub fn encode(values: &[f32], channels: usize, pictures: Pictures, storage: impl
         Repr::Rgbd8 => each(&|texel, out| out.extend(Range::Rgbd.encode(rgb(texel)))),
         Repr::Rgbm8 => each(&|texel, out| out.extend(Range::Rgbm.encode(rgb(texel)))),
         Repr::Rgbp8 => each(&|texel, out| out.extend(Range::Rgbp.encode(rgb(texel)))),
-        Repr::Bc4 | Repr::Bc5 | Repr::Bc6h => unreachable!("blocks are encoded above"),
+        Repr::Bc4 | Repr::Bc5 | Repr::Bc6h => unreachable!("blocks are encoded by themselves"),
     }
-    Ok(bytes)
 }
 
 /// The first `channels` components of each texel: what [`encode`] wrote. A texel cut short at the end is left out.
@@ -374,10 +386,15 @@ pub fn decode(bytes: &[u8], channels: usize, pictures: Pictures, encoding: Encod
     if encoding.repr.is_blocks() {
         return block::decode(bytes, channels, pictures, encoding.repr);
     }
-    let mut values = Vec::with_capacity(bytes.len() / encoding.unit_bytes() * channels);
+    if channels == 0 {
+        return vec![];
+    }
+    let unit = encoding.unit_bytes();
+    let bytes = &bytes[..bytes.len() / unit * unit];
+    let mut values = vec![0.0; bytes.len() / unit * channels];
     let mut each = |get: &dyn Fn(&[u8]) -> [f32; 4]| {
-        for texel in bytes.chunks_exact(encoding.unit_bytes()) {
-            values.extend(&get(texel)[..channels]);
+        for (to, texel) in values.chunks_exact_mut(channels).zip(bytes.chunks_exact(unit)) {
+            to.copy_from_slice(&get(texel)[..channels]);
         }
     };
     let rgb = |of: &dyn Fn([u8; 4]) -> [f32; 3], texel: &[u8]| {
@@ -385,8 +402,15 @@ pub fn decode(bytes: &[u8], channels: usize, pictures: Pictures, encoding: Encod
         [r, g, b, 1.0]
     };
     match encoding.repr {
-        Repr::F16 => each(&float::decode_halves),
-        Repr::F32 => each(&float::decode_singles),
+        Repr::F16 | Repr::F32 => {
+            let get = if encoding.repr == Repr::F16 { float::decode_halves } else { float::decode_singles };
+            for (to, run) in values.chunks_mut(RUN * channels).zip(bytes.chunks(RUN * unit)) {
+                let components = get(run);
+                for (to, texel) in to.chunks_exact_mut(channels).zip(components.chunks_exact(encoding.components)) {
+                    to.copy_from_slice(&texel[..channels]);
+                }
+            }
+        }
         Repr::Unorm8 => each(&unorm::decode_bytes),
         Repr::Unorm16 => each(&unorm::decode_words),
         Repr::Unorm10 => each(&unorm::decode_ten),
