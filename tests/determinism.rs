@@ -1,12 +1,17 @@
 //! The same input, parameters, version and device give the same bytes, however many threads there are and however the work
-//! is cut; another device gives values as near as the files' certificates say. (Fixed slices are compared in `tests/twins.rs`, shares of a recipe in `tests/recipe.rs`.)
+//! is cut; another device gives values as near as the files' certificates say. (Slices of tables are compared in
+//! `tests/twins.rs`, shares of a recipe in `tests/recipe.rs`.)
 
 mod common;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use brdf_baker::bake::Backend;
+use brdf_baker::bake::specular::SpecularRequest;
+use brdf_baker::env::import::{self, Options};
 use brdf_baker::format::{Format, Ktx2};
+use brdf_baker::progress::ignore;
 use common::program::{environment, files, on_any_device, succeeds};
 use tempfile::TempDir;
 
@@ -126,4 +131,26 @@ fn threads_do_not_change_what_a_device_writes() {
     if common::gpu().is_some() {
         same_bytes_on("auto");
     }
+}
+
+#[test]
+fn slices_do_not_change_an_environment() {
+    let folder = TempDir::new().expect("a folder");
+    let path = folder.path().join("lamp.exr");
+    environment(&path, 0.0);
+    let lamp = import::read(&path, &Options::default(), &mut ignore).expect("sound").environment;
+    common::on_gpu(|backend| {
+        let Backend::Gpu(gpu) = backend else { unreachable!("it is one") };
+        for kernel in ["ggx", "beckmann"] {
+            let request = SpecularRequest { kernel: kernel.into(), size: Some(16), ..SpecularRequest::default() };
+            let job = request.resolve().expect("sound");
+            let prepared = job.prepare(lamp.clone(), None, &mut ignore).expect("nobody cancels");
+            let bake = |slice| job.on_gpu(&prepared, gpu, Some(slice), &mut ignore).expect("baked");
+            let whole = bake(1 << 20);
+            assert!(whole.iter().flatten().all(|v| v.is_finite()));
+            for slice in [1, 7] {
+                assert!(whole == bake(slice), "{kernel}: slices of {slice} blocks change the cube");
+            }
+        }
+    });
 }

@@ -73,17 +73,26 @@ impl Console {
 
     /// Shows a bar for the items of a recipe. From now on, results belong to the item that was named last.
     pub fn items(&mut self, count: usize) {
-        let style = style("{msg:24} {bar:40} {pos:>4} of {len}  {elapsed}, {eta} left");
+        let style = style("{prefix:24} {bar:40} {percent:>3} %  {elapsed}, {eta} left  {msg}");
         self.items = Some(self.bars.insert_before(&self.bar, ProgressBar::new(count as u64).with_style(style)));
     }
 
     /// Begins an item, after `done` others.
     pub fn item(&mut self, done: usize, name: &str) {
         if let Some(items) = &self.items {
-            items.set_position(done as u64);
+            items.set_prefix(format!("{done} of {} items", items.length().unwrap_or_default()));
             items.set_message(name.to_string());
+            items.set_position(done as u64);
         }
         self.bar.reset();
+    }
+
+    /// Ends the last item: results are results again.
+    pub fn end_items(&mut self) {
+        self.bar.finish_and_clear();
+        if let Some(items) = self.items.take() {
+            items.finish_and_clear();
+        }
     }
 
     /// The results of the item, as --json shows them.

@@ -215,6 +215,7 @@ impl Run<'_> {
             }
             self.say(console, || format!("openjd_progress: {:.2}", 100.0 * (done + 1) as f64 / chosen.len() as f64))?;
         }
+        console.end_items();
         let [baked, unchanged, wrong] = counts;
         let seconds = start.elapsed().as_secs_f64();
         let value = json!({
@@ -227,7 +228,7 @@ impl Run<'_> {
             "seconds": seconds,
         });
         let text = format!("{head}: {baked} baked, {unchanged} unchanged, {wrong} failed  {seconds:.2} s");
-        console.item_result(Some(&text), &value)?;
+        console.result(&text, &value)?;
         let what = format!("{wrong} of {} items of '{}' failed", chosen.len(), self.recipe.path.display());
         self.say(console, || if wrong > 0 { format!("openjd_fail: {what}") } else { "openjd_status: done".into() })?;
         match first_failure {
