@@ -8,6 +8,8 @@ pub mod companion;
 mod glass;
 mod glass_average;
 pub mod grid;
+mod ltc;
+mod ltc_magnitude;
 pub mod model;
 pub mod quality;
 pub mod roughness_law;
@@ -24,6 +26,8 @@ pub use stored::Stored;
 pub use volume::{IorMap, VolumeJob};
 
 use self::companion::{COMPANIONS, Companion};
+use rayon::prelude::*;
+
 use crate::axis::{Axis, Coordinate, Points, Warp};
 use crate::error::{Error, Result, nearest};
 use crate::format::{Encoding, Fingerprint, Steps};
@@ -111,10 +115,79 @@ pub struct Facts {
     pub tolerance: Tolerance,
 }
 
+/// What a user means who says nothing else of a table.
+#[derive(Clone, Copy, Debug)]
+pub struct Usual {
+    /// Width and height in texels.
+    pub size: (u32, u32),
+    /// What runs along its axes; `None` is each coordinate itself.
+    pub axes: Option<&'static [Warp]>,
+    /// Where in its texel a value is taken.
+    pub points: Points,
+    /// Names of the distribution and of the geometry term.
+    pub model: [&'static str; 2],
+    /// Its texels are stored as single floats where the container has them: halves are too coarse.
+    pub single: bool,
+    /// No device computes it.
+    pub on_processor: bool,
+}
+
+impl Usual {
+    /// 256 × 256 texels, centers, GGX with height-correlated Smith.
+    pub const TABLE: Usual = Usual {
+        size: (256, 256),
+        axes: None,
+        points: Points::Centers,
+        model: ["ggx", "smith"],
+        single: false,
+        on_processor: false,
+    };
+}
+
+/// A channel that follows from the others of its texel.
+pub struct Derived {
+    /// The channel.
+    pub channel: Channel,
+    /// Its value from those of the table.
+    pub rule: fn(&Model, At, &Values) -> f64,
+    /// The same by other means, where there are some.
+    pub truth: fn(&Model, At, &Values) -> Estimate<1>,
+}
+
+/// What must hold of a texel as a whole.
+pub struct TexelLaw {
+    /// What, of a texel, as a reader would say it.
+    pub statement: &'static str,
+    /// What is wrong with the values of a texel, each of which may be rounded by so much; `None` where nothing is.
+    pub broken: fn(&Model, At, found: &Values, rounding: &Values) -> Option<String>,
+}
+
 /// A table that can be baked.
 pub trait Table: Sync {
     /// What it is.
     fn facts(&self) -> &'static Facts;
+    /// The request that its name alone stands for.
+    fn usual(&self) -> Usual {
+        Usual::TABLE
+    }
+    /// Bounds of its error for a model.
+    fn tolerance(&self, model: &Model) -> Tolerance {
+        model.tolerance(&self.facts().tolerance)
+    }
+    /// Refuses a limit that it does not have: at n·v = 0 if `at_grazing`, at roughness 0 if `at_mirror`.
+    fn check_limits(&self, model: &Model, at_grazing: bool, at_mirror: bool) -> Result<()> {
+        model.check_limits(at_grazing, at_mirror)
+    }
+    /// What can be had of its values beside them.
+    fn derived(&self) -> &'static [Derived] {
+        &[]
+    }
+    /// What must hold of a texel that has all of its values.
+    fn law(&self) -> Option<&'static TexelLaw> {
+        None
+    }
+    /// What a file should say of its texels: [`MAX_CHANNELS`] values for each place.
+    fn describe(&self, _model: &Model, _places: &[At], _texels: &[f32], _meta: &mut Meta) {}
     /// The deterministic rule in f64: what the CPU backend bakes, and the twin of the kernel.
     fn rule(&self, model: &Model, at: At) -> Values;
     /// Refuses a model that the table cannot hold.
@@ -142,6 +215,8 @@ pub static TABLES: &[&dyn Table] = &[
     &average_albedo::AverageAlbedo,
     &glass::Glass,
     &glass_average::GlassAverage,
+    &ltc::Ltc,
+    &ltc_magnitude::LtcMagnitude,
 ];
 
 /// The table with this name.
@@ -176,6 +251,8 @@ pub enum Source {
     Table(usize),
     /// 1 less the table's first channel: its [`Facts::complement`].
     Complement(&'static Channel),
+    /// What follows from the table's values.
+    Derived(&'static Derived),
     /// Another quantity over the same coordinates.
     Companion(&'static Companion),
 }
@@ -183,7 +260,7 @@ pub enum Source {
 impl Source {
     /// Does it need the table's values?
     fn is_of_table(&self) -> bool {
-        matches!(self, Source::Table(_) | Source::Complement(_))
+        !matches!(self, Source::Companion(_))
     }
 }
 
@@ -215,16 +292,17 @@ pub struct TableRequest {
 }
 
 impl TableRequest {
-    /// The default request for a table: 256 × 256 texels, centers, GGX with height-correlated Smith.
-    pub fn new(table: &str) -> TableRequest {
+    /// The default request for a table: its [`Table::usual`].
+    pub fn new(name: &str) -> TableRequest {
+        let usual = table(name).map_or(Usual::TABLE, |table| table.usual());
         TableRequest {
-            table: table.into(),
-            size: (256, 256),
-            ndf: "ggx".into(),
-            visibility: "smith".into(),
+            table: name.into(),
+            size: usual.size,
+            ndf: usual.model[0].into(),
+            visibility: usual.model[1].into(),
             fresnel: None,
-            axes: None,
-            points: Points::Centers,
+            axes: usual.axes.map(|axes| axes.iter().map(|warp| warp.name().into()).collect()),
+            points: usual.points,
             flip_v: false,
             row_shift: 0,
             channels: None,
@@ -312,7 +390,9 @@ impl TableRequest {
         let own = (facts.channels)(&model.fresnel);
         let companions = || COMPANIONS.iter().filter(|_| facts.axes.len() == 2);
         let known = || {
-            let beside = facts.complement.iter().map(|c| c.name).chain(companions().map(|c| c.channel.name));
+            let derived = table.derived().iter().map(|d| d.channel.name);
+            let beside = facts.complement.iter().map(|c| c.name).chain(derived);
+            let beside = beside.chain(companions().map(|c| c.channel.name));
             own.iter().map(|c| c.name).chain(beside)
         };
         let wanted: Vec<&str> = match &self.channels {
@@ -322,9 +402,11 @@ impl TableRequest {
         let channel = |name: &&str| {
             let of_table = own.iter().position(|c| c.name == *name).map(Source::Table);
             let of_complement = || facts.complement.filter(|c| c.name == *name).map(Source::Complement);
+            let of_derived = || table.derived().iter().find(|d| d.channel.name == *name).map(Source::Derived);
             let of_companion = || companions().find(|c| c.channel.name == *name).map(Source::Companion);
             of_table
                 .or_else(of_complement)
+                .or_else(of_derived)
                 .or_else(of_companion)
                 .ok_or_else(|| Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known())))
         };
@@ -332,7 +414,7 @@ impl TableRequest {
         let edges = |c| self.points == Points::Edges && facts.axes.contains(&c);
         let (at_grazing, at_mirror) = (edges(Coordinate::NDotV), edges(Coordinate::Roughness));
         if channels.iter().any(Source::is_of_table) {
-            model.check_limits(at_grazing, at_mirror)?;
+            table.check_limits(&model, at_grazing, at_mirror)?;
         }
         for channel in &channels {
             if let Source::Companion(companion) = channel {
@@ -370,6 +452,7 @@ impl TableJob {
         self.channels.iter().map(|source| match source {
             Source::Table(c) => &all[*c],
             Source::Complement(channel) => channel,
+            Source::Derived(derived) => &derived.channel,
             Source::Companion(companion) => &companion.channel,
         })
     }
@@ -389,6 +472,7 @@ impl TableJob {
         let value = |source: &Source| match source {
             Source::Table(c) => all[*c],
             Source::Complement(_) => 1.0 - all[0],
+            Source::Derived(derived) => (derived.rule)(&self.model, at, &all),
             Source::Companion(companion) => companion.rule(at),
         };
         self.channels.iter().map(value).collect()
@@ -411,7 +495,9 @@ impl TableJob {
             let values = self.channels.iter().map(|source| match source {
                 Source::Table(c) => e.value[*c],
                 Source::Complement(_) => 1.0 - e.value[0],
-                Source::Companion(_) => unreachable!("TableRequest::average_of refuses companions"),
+                Source::Derived(_) | Source::Companion(_) => {
+                    unreachable!("TableRequest::average_of takes albedo tables, and refuses companions")
+                }
             });
             let values: Vec<f64> = values.collect();
             let largest = values.iter().copied().fold(0.0, f64::max);
@@ -426,7 +512,7 @@ impl TableJob {
     /// The truth of the chosen channels by adaptive integration, each with its own error, to about `share` of their
     /// bounds.
     pub fn truth(&self, at: At, share: f64) -> Vec<Estimate<1>> {
-        let tolerance = share * self.model.tolerance(&self.table.facts().tolerance).worst;
+        let tolerance = share * self.table.tolerance(&self.model).worst;
         if let Some(stored) = &self.of {
             return self.of_stored(stored, at, |at| truth::albedo(&self.model, at.n_dot_v, at.roughness, tolerance));
         }
@@ -437,6 +523,10 @@ impl TableJob {
         let value = |source: &Source| match source {
             Source::Table(c) => Estimate { value: [all.value[*c]], error: all.error },
             Source::Complement(_) => Estimate { value: [1.0 - all.value[0]], error: all.error },
+            Source::Derived(derived) => {
+                let found = (derived.truth)(&self.model, at, &all.value);
+                Estimate { value: found.value, error: found.error + all.error * found.value[0].abs().max(1.0) }
+            }
             Source::Companion(companion) => companion.truth(at, share * companion.tolerance().worst),
         };
         self.channels.iter().map(value).collect()
@@ -453,7 +543,7 @@ impl TableJob {
         }
         let own = self.has_own().then(|| (self.table.facts().rule)(&self.model));
         let companions = self.channels.iter().filter_map(|source| match source {
-            Source::Table(_) | Source::Complement(_) => None,
+            Source::Table(_) | Source::Complement(_) | Source::Derived(_) => None,
             Source::Companion(companion) => Some(format!("{} by {}", companion.channel.name, companion.rule_name())),
         });
         own.into_iter().chain(companions).collect::<Vec<_>>().join("; ")
@@ -493,12 +583,22 @@ impl TableJob {
             true => self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?,
             false => vec![],
         };
+        let places = || -> Vec<At> {
+            let row = |&roughness: &f64| n_dot_v.iter().map(move |&n_dot_v| At { n_dot_v, roughness });
+            roughness.iter().flat_map(row).collect()
+        };
         // Every channel as [roughness][n·v].
         let mut planes = Vec::with_capacity(self.channels.len());
         for (source, facts) in self.channels.iter().zip(self.channel_facts()) {
             let plane = match source {
                 Source::Table(c) => all.iter().skip(*c).step_by(MAX_CHANNELS).copied().collect(),
                 Source::Complement(_) => all.iter().step_by(MAX_CHANNELS).map(|v| 1.0 - v).collect(),
+                Source::Derived(derived) => {
+                    let value = |(at, texel): (&At, &[f32; MAX_CHANNELS])| {
+                        (derived.rule)(&self.model, *at, &texel.map(f64::from)) as f32
+                    };
+                    places().par_iter().zip(all.as_chunks().0).map(value).collect()
+                }
                 Source::Companion(companion) => companion.bake(&n_dot_v, &roughness, backend, on)?,
             };
             if let Some(bad) = plane.iter().position(|v: &f32| !v.is_finite()) {
@@ -523,14 +623,18 @@ impl TableJob {
                 texels.extend(planes.iter().enumerate().map(|(c, plane)| self.within_range(c, plane[texel])));
             }
         }
+        let mut meta = self.meta(backend);
+        if !all.is_empty() {
+            self.table.describe(&self.model, &places(), &all, &mut meta);
+        }
         let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
-        Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta: self.meta(backend) })
+        Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta })
     }
 
     /// The bounds that the texels of a channel keep, by its place in a texel.
     pub fn tolerance(&self, channel: usize) -> Tolerance {
         match self.channels[channel] {
-            Source::Table(_) | Source::Complement(_) => self.model.tolerance(&self.table.facts().tolerance),
+            Source::Table(_) | Source::Complement(_) | Source::Derived(_) => self.table.tolerance(&self.model),
             Source::Companion(companion) => companion.tolerance(),
         }
     }
@@ -549,6 +653,7 @@ impl TableJob {
                 [low, if self.model.bounded() { high } else { self.model.largest() }]
             }
             Source::Complement(channel) => [1.0 - self.model.largest(), channel.range[1]],
+            Source::Derived(derived) => derived.channel.range,
             Source::Companion(companion) => {
                 let roughness = self.axes.iter().filter(|a| a.warp.coordinate() == Coordinate::Roughness);
                 companion.range(roughness.flat_map(Axis::coordinates).fold(1.0, f64::min))

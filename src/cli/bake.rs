@@ -21,7 +21,7 @@ use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass or glass-average
+    /// split-sum, albedo, average-albedo, glass, glass-average, ltc or ltc-magnitude; see `brdf-baker list tables`
     table: String,
     /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
@@ -98,13 +98,14 @@ impl BakeArgs {
         let owned = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
         let albedo = self.of.as_deref().map(|path| read_albedo(path, &self.table)).transpose()?;
         let points = self.points.as_deref().map(Points::parse).transpose()?;
-        let axes = choice.pick("axes", self.axes.map(Some), preset.map(|p| Some(p.axis_names())), None);
-        let (axes, map) = split_axes(axes)?;
         let table = preset.map_or(self.table, |p| p.table.into());
-        let one_axis = bake::table(&table)?.facts().axes.len() == 1;
+        let entry = bake::table(&table)?;
+        let (one_axis, usual_request) = (entry.facts().axes.len() == 1, TableRequest::new(&table));
+        let of_preset = preset.map(|p| Some(p.axis_names()));
+        let (axes, map) = split_axes(choice.pick("axes", self.axes.map(Some), of_preset, usual_request.axes))?;
         let given = self.size.map(|sizes| sizes.of(one_axis, map.is_some())).transpose()?;
         let usual = match map {
-            None => ((256, 256), 1),
+            None => (usual_request.size, 1),
             Some(_) => ((32, if one_axis { 1 } else { 32 }), 32),
         };
         let of_preset = preset.map(|p| (p.size, p.slices.map_or(1, |(_, depth)| depth)));
@@ -114,15 +115,15 @@ impl BakeArgs {
                 .map_err(|e| Error::input(path, e.to_string(), e.help().to_string()))?,
             None => TableRequest {
                 size,
-                ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), "ggx".into()),
+                ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), usual_request.ndf),
                 visibility: choice.pick(
                     "visibility",
                     self.visibility,
                     preset.map(|p| p.visibility.into()),
-                    "smith".into(),
+                    usual_request.visibility,
                 ),
                 axes,
-                points: choice.pick("points", points, preset.map(|p| p.points), Points::Centers),
+                points: choice.pick("points", points, preset.map(|p| p.points), usual_request.points),
                 flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
                 row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
                 channels: choice.pick(
@@ -148,9 +149,10 @@ impl BakeArgs {
         let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
         let channels = facts.channels.len();
-        // Halves would round away what the average of stored texels is for.
+        // Halves would round away what the average of stored texels is for, and what some tables hold.
         let single = Encoding::fitting(Repr::F32, channels).filter(|e| format.encodings(Shape::Table).contains(e));
-        let given = given.or(single.filter(|_| albedo.is_some()));
+        let needs_single = albedo.is_some() || (entry.usual().single && of_preset.is_none());
+        let given = given.or(single.filter(|_| needs_single));
         let encoding = choice.encoding(format, shape, channels, given, of_preset)?;
         let storage = self.storage.of(format, encoding)?;
         if let Some(preset) = preset {
@@ -163,9 +165,10 @@ impl BakeArgs {
         }
         let output = Output::prepare(&path)?;
 
-        // A weighted sum of texels is no work for a device.
+        // A weighted sum of texels is no work for a device, and some tables have no kernel.
         let backend = match &albedo {
             Some(_) => Backend::Cpu,
+            None if entry.usual().on_processor => on_processor(entry.facts().name, &global.device)?,
             None => Backend::open(&global.device, global.validate)?,
         };
         let mut texture = match &albedo {
@@ -292,6 +295,14 @@ impl Job {
             Job::Volume(volume) => Ok(volume.check(texture, None, Extent::Spot, on)?.all),
         }
     }
+}
+
+/// The processor, unless another device was named.
+fn on_processor(table: &str, device: &str) -> Result<Backend> {
+    if ["auto", "cpu"].contains(&device) {
+        return Ok(Backend::Cpu);
+    }
+    Err(Error::usage(format!("{table} is computed on the processor, not on the device '{device}'"), "drop --device"))
 }
 
 /// An axis of refractive indices apart from the others, which it follows.

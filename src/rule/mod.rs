@@ -5,4 +5,6 @@ pub mod cone;
 pub mod cone_elliptic;
 pub mod cone_nodes;
 pub mod h_split;
+pub mod lobe_nodes;
+pub mod ltc;
 pub mod transmit;
