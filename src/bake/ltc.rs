@@ -79,15 +79,16 @@ static DERIVED: [Derived; 5] = [
 static LAW: TexelLaw = TexelLaw {
     statement: "is no further from the true lobe than the best fit and the rounding of its matrix",
     broken: |model, at, found, rounding| {
-        let (nodes, best) = (nodes(model, at, FIT), best(model, at, FIT));
+        let (nodes, best) = (nodes(model, at, FIT), best(model, at, FIT).inverse);
         // Half a step of an entry moves the lobe; the cube root of a mean cube obeys the triangle inequality.
         let moved = |i: usize| {
-            let mut inverse = best.inverse;
+            let mut inverse = best;
             inverse.0[i] += rounding[i];
-            inverse.distance(&best.inverse, &nodes)
+            inverse.distance(&best, &nodes)
         };
-        let allowed = best.error() + (0..4).map(moved).sum::<f64>();
-        let error = truth::fit_error(model, place(at), &Inverse(*found), TRUTH).value[0];
+        let error = |inverse: &Inverse| truth::fit_error(model, place(at), inverse, TRUTH).value[0];
+        let allowed = error(&best) + (0..4).map(moved).sum::<f64>();
+        let error = error(&Inverse(*found));
         // NaN is not within any bound.
         let within = error <= 1.01 * allowed + 5.0 * TRUTH;
         (!within).then(|| format!("its fit error is {error:.4}, where {allowed:.4} can be had"))
@@ -104,19 +105,17 @@ static FACTS: Facts = Facts {
     default_channels: |_| &["m00", "m20", "m02", "m22"],
     fresnel: Fresnel::SCHLICK,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
-    rule: |_| {
-        format!("Newton's method on the cubed difference over {} x {} nodes a panel", FIT.polar, FIT.azimuth)
-    },
+    rule: |_| format!("Newton's method on the cubed difference over {} x {} nodes a panel", FIT.polar, FIT.azimuth),
     tolerance: Tolerance {
-        worst: 2e-3,
-        median: 1e-5,
-        near_zero: 2e-3,
-        why: "tests/ltc.rs: fits over other nodes",
+        worst: 1e-2,
+        median: 1e-3,
+        near_zero: 1e-2,
+        why: "tests/ltc.rs: fits over other nodes; the law of texels is sharper",
     },
 };
 
-/// Where a texel's lobe is taken: at grazing angles and at roughness 0 there is none.
-pub(super) fn place(at: At) -> At {
+/// Where a texel's lobe is taken: at n·v = 0 and at roughness 0 there is none.
+pub fn place(at: At) -> At {
     At {
         n_dot_v: at.n_dot_v.max(LARGEST_ANGLE_RAD.cos()),
         // Back and forth through alpha may round: the root is what both would square.
@@ -188,7 +187,7 @@ impl Table for Ltc {
         Ok(())
     }
 
-    fn tolerance(&self, _model: &Model) -> Tolerance {
+    fn tolerance(&self, _model: &Model, _value: usize) -> Tolerance {
         FACTS.tolerance
     }
 

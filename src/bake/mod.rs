@@ -8,8 +8,9 @@ pub mod companion;
 mod glass;
 mod glass_average;
 pub mod grid;
-mod ltc;
+pub mod ltc;
 mod ltc_magnitude;
+mod ltc_sheen;
 pub mod model;
 pub mod quality;
 pub mod roughness_law;
@@ -124,8 +125,8 @@ pub struct Usual {
     pub axes: Option<&'static [Warp]>,
     /// Where in its texel a value is taken.
     pub points: Points,
-    /// Names of the distribution and of the geometry term.
-    pub model: [&'static str; 2],
+    /// Names of the distribution and of the geometry term; `None` for a table that has its own lobe.
+    pub model: Option<[&'static str; 2]>,
     /// Its texels are stored as single floats where the container has them: halves are too coarse.
     pub single: bool,
     /// No device computes it.
@@ -138,7 +139,7 @@ impl Usual {
         size: (256, 256),
         axes: None,
         points: Points::Centers,
-        model: ["ggx", "smith"],
+        model: Some(["ggx", "smith"]),
         single: false,
         on_processor: false,
     };
@@ -170,8 +171,8 @@ pub trait Table: Sync {
     fn usual(&self) -> Usual {
         Usual::TABLE
     }
-    /// Bounds of its error for a model.
-    fn tolerance(&self, model: &Model) -> Tolerance {
+    /// Bounds of the error of one of its values for a model.
+    fn tolerance(&self, model: &Model, _value: usize) -> Tolerance {
         model.tolerance(&self.facts().tolerance)
     }
     /// Refuses a limit that it does not have: at n·v = 0 if `at_grazing`, at roughness 0 if `at_mirror`.
@@ -217,6 +218,8 @@ pub static TABLES: &[&dyn Table] = &[
     &glass_average::GlassAverage,
     &ltc::Ltc,
     &ltc_magnitude::LtcMagnitude,
+    &ltc_sheen::LtcSheen,
+    &ltc_sheen::LtcSheenFibres,
 ];
 
 /// The table with this name.
@@ -295,11 +298,13 @@ impl TableRequest {
     /// The default request for a table: its [`Table::usual`].
     pub fn new(name: &str) -> TableRequest {
         let usual = table(name).map_or(Usual::TABLE, |table| table.usual());
+        // A table with a lobe of its own is asked for the usual model, which it ignores.
+        let [ndf, visibility] = usual.model.or(Usual::TABLE.model).expect("the usual table has a model");
         TableRequest {
             table: name.into(),
             size: usual.size,
-            ndf: usual.model[0].into(),
-            visibility: usual.model[1].into(),
+            ndf: ndf.into(),
+            visibility: visibility.into(),
             fresnel: None,
             axes: usual.axes.map(|axes| axes.iter().map(|warp| warp.name().into()).collect()),
             points: usual.points,
@@ -399,17 +404,16 @@ impl TableRequest {
             None => (facts.default_channels)(&model.fresnel).to_vec(),
             Some(names) => names.iter().map(String::as_str).collect(),
         };
-        let channel = |name: &&str| {
-            let of_table = own.iter().position(|c| c.name == *name).map(Source::Table);
-            let of_complement = || facts.complement.filter(|c| c.name == *name).map(Source::Complement);
-            let of_derived = || table.derived().iter().find(|d| d.channel.name == *name).map(Source::Derived);
-            let of_companion = || companions().find(|c| c.channel.name == *name).map(Source::Companion);
-            of_table
-                .or_else(of_complement)
-                .or_else(of_derived)
-                .or_else(of_companion)
-                .ok_or_else(|| Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known())))
-        };
+        let channel =
+            |name: &&str| {
+                let of_table = own.iter().position(|c| c.name == *name).map(Source::Table);
+                let of_complement = || facts.complement.filter(|c| c.name == *name).map(Source::Complement);
+                let of_derived = || table.derived().iter().find(|d| d.channel.name == *name).map(Source::Derived);
+                let of_companion = || companions().find(|c| c.channel.name == *name).map(Source::Companion);
+                of_table.or_else(of_complement).or_else(of_derived).or_else(of_companion).ok_or_else(|| {
+                    Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known()))
+                })
+            };
         let channels: Vec<Source> = wanted.iter().map(channel).collect::<Result<_>>()?;
         let edges = |c| self.points == Points::Edges && facts.axes.contains(&c);
         let (at_grazing, at_mirror) = (edges(Coordinate::NDotV), edges(Coordinate::Roughness));
@@ -455,6 +459,11 @@ impl TableJob {
             Source::Derived(derived) => &derived.channel,
             Source::Companion(companion) => &companion.channel,
         })
+    }
+
+    /// Is it computed for a distribution and a geometry term?
+    pub fn has_model(&self) -> bool {
+        self.table.usual().model.is_some()
     }
 
     /// Does any channel come from the table itself?
@@ -512,7 +521,7 @@ impl TableJob {
     /// The truth of the chosen channels by adaptive integration, each with its own error, to about `share` of their
     /// bounds.
     pub fn truth(&self, at: At, share: f64) -> Vec<Estimate<1>> {
-        let tolerance = share * self.table.tolerance(&self.model).worst;
+        let tolerance = share * self.strictest();
         if let Some(stored) = &self.of {
             return self.of_stored(stored, at, |at| truth::albedo(&self.model, at.n_dot_v, at.roughness, tolerance));
         }
@@ -634,9 +643,16 @@ impl TableJob {
     /// The bounds that the texels of a channel keep, by its place in a texel.
     pub fn tolerance(&self, channel: usize) -> Tolerance {
         match self.channels[channel] {
-            Source::Table(_) | Source::Complement(_) | Source::Derived(_) => self.table.tolerance(&self.model),
+            Source::Table(value) => self.table.tolerance(&self.model, value),
+            Source::Complement(_) | Source::Derived(_) => self.table.tolerance(&self.model, 0),
             Source::Companion(companion) => companion.tolerance(),
         }
+    }
+
+    /// The least bound that any of the table's values keeps.
+    fn strictest(&self) -> f64 {
+        let values = (self.table.facts().channels)(&self.model.fresnel).len();
+        (0..values).map(|value| self.table.tolerance(&self.model, value).worst).fold(f64::INFINITY, f64::min)
     }
 
     /// The bounds of the loosest channel.
@@ -675,9 +691,11 @@ impl TableJob {
         let names = |list: Vec<&str>| list.join(",");
         let mut meta = Meta::default();
         meta.set("table", facts.name);
-        meta.set("ndf", self.model.ndf.to_string());
-        meta.set("visibility", self.model.visibility.name);
-        meta.set("fresnel", self.model.fresnel.to_string());
+        if self.has_model() {
+            meta.set("ndf", self.model.ndf.to_string());
+            meta.set("visibility", self.model.visibility.name);
+            meta.set("fresnel", self.model.fresnel.to_string());
+        }
         meta.set("axes", names(self.axes.iter().map(|a| a.warp.name()).collect()));
         meta.set("points", self.axes[0].points.name());
         meta.set(
@@ -703,7 +721,7 @@ impl TableJob {
             meta.set("of", stored);
         }
         meta.set("rule", self.rule_name());
-        if let Some(note) = self.model.note() {
+        if let Some(note) = self.model.note().filter(|_| self.has_model()) {
             meta.set("note", note);
         }
         meta.set("device", backend.name());
@@ -730,11 +748,14 @@ impl TableRequest {
             })
         };
         let list = |key: &str| Ok::<_, Error>(get(key)?.split(',').map(String::from).collect::<Vec<_>>());
+        let name = get("table")?;
+        let usual = TableRequest::new(name);
+        let has_model = table(name)?.usual().model.is_some();
         Ok(TableRequest {
-            table: get("table")?.into(),
+            table: name.into(),
             size: (texture.width, texture.height),
-            ndf: get("ndf")?.into(),
-            visibility: get("visibility")?.into(),
+            ndf: if has_model { get("ndf")?.into() } else { usual.ndf },
+            visibility: if has_model { get("visibility")?.into() } else { usual.visibility },
             // Files of version 0.1 did not state it: they hold the table's own. With an axis of indices it has none.
             fresnel: match texture.meta.get("fresnel") {
                 None | Some("dielectric") => None,

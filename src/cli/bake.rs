@@ -21,7 +21,7 @@ use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass, glass-average, ltc or ltc-magnitude; see `brdf-baker list tables`
+    /// split-sum, albedo, average-albedo, glass, glass-average, ltc, ltc-magnitude, ltc-sheen, ...; see `brdf-baker list tables`
     table: String,
     /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]

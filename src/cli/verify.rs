@@ -110,9 +110,9 @@ impl VerifyArgs {
         let result = json!({
             "path": self.file,
             "table": job.table.facts().name,
-            "ndf": job.model.ndf.to_string(),
-            "visibility": job.model.visibility.name,
-            "fresnel": job.model.fresnel.to_string(),
+            "ndf": job.has_model().then(|| job.model.ndf.to_string()),
+            "visibility": job.has_model().then_some(job.model.visibility.name),
+            "fresnel": job.has_model().then(|| job.model.fresnel.to_string()),
             "encoding": encoding.name,
             "passed": failures.is_empty(),
             "max_error": checked.max_error,
@@ -234,12 +234,9 @@ fn claims(certificate: &Certificate) -> String {
 
 fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right: bool) -> String {
     let verdict = if right { "right" } else { "WRONG" };
-    let mut text = format!(
-        "{path}  {} {} {} {encoding}: {verdict}",
-        job.table.facts().name,
-        job.model.ndf,
-        job.model.visibility.name
-    );
+    let model =
+        if job.has_model() { format!(" {} {}", job.model.ndf, job.model.visibility.name) } else { String::new() };
+    let mut text = format!("{path}  {}{model} {encoding}: {verdict}", job.table.facts().name);
     for c in &report.channels {
         text.push_str(&format!(
             "\n  {:10} max error {:.2e} at texel ({}, {}), {}, rms {:.2e}, median {:.2e}, correctly rounded {:.2} %",

@@ -7,7 +7,8 @@
 //!
 //! For a fixed polar angle the horizon n·l = 0 and the limit v·h = 0 are cosines of the azimuth, so that azimuth panels end
 //! there; polar panels end where such a line enters or leaves, at (π/2 ± θ_v)/2 and π/2 − θ_v. Kinks of a geometry term are
-//! not followed.
+//! not followed. Azimuths crowd at the plane of incidence, where a lobe that is fitted at grazing angles has a ridge of a
+//! small part of the BRDF's width, and at the horizon, which a BRDF leaves steeply there.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -51,6 +52,40 @@ pub struct Polar {
     pub weight: f64,
 }
 
+/// The azimuth in which nodes lie evenly: ψ = width · sinh(t) from either end of the half turn.
+struct Crowded {
+    width: f64,
+    /// t of a quarter turn.
+    quarter: f64,
+}
+
+impl Crowded {
+    /// `peak_rad` is the angular size of the lobe's peak; half vectors on a small circle see all of it.
+    fn new(peak_rad: f64, sin_h: f64) -> Crowded {
+        let width = peak_rad * (RIDGE * peak_rad).max(LEAST_RIDGE) / sin_h.max(1e-300);
+        let width = width.min(1e3);
+        Crowded { width, quarter: (FRAC_PI_2 / width).asinh() }
+    }
+
+    fn at(&self, psi: f64) -> f64 {
+        if psi <= FRAC_PI_2 {
+            (psi / self.width).asinh()
+        } else {
+            2.0 * self.quarter - ((PI - psi) / self.width).asinh()
+        }
+    }
+
+    /// ψ and dψ/dt.
+    fn psi(&self, t: f64) -> (f64, f64) {
+        let near = if t <= self.quarter { t } else { 2.0 * self.quarter - t };
+        let psi = self.width * near.sinh();
+        (if t <= self.quarter { psi } else { PI - psi }, self.width * near.cosh())
+    }
+}
+
+/// Width of the ridge over the peak's: a share of the peak's own width, and at least this.
+const RIDGE: f64 = 0.3;
+const LEAST_RIDGE: f64 = 0.05;
 /// Longest panel of the polar angle itself.
 const PANEL_RAD: f64 = 0.4;
 /// A lobe whose tail ends nearer to the normal than this is 0 beyond, and so is the third power of whatever fits it.
@@ -64,7 +99,7 @@ impl LobeNodes {
         let area = |x: f64| if model.visibility.smith { row.projected_area(x) } else { x };
         let (mu, sigma_v) = (at.n_dot_v, area(at.n_dot_v));
         let polar = polar(&model.ndf, &lobe, mu, fineness);
-        Some(LobeNodes::over(&polar, mu, fineness.azimuth, |sin_h, n_dot_h, v_dot_h, n_dot_l| {
+        Some(LobeNodes::over(&polar, mu, fineness.azimuth, lobe.peak, |sin_h, n_dot_h, v_dot_h, n_dot_l| {
             let alpha = lobe.alpha;
             let sigma_l = area(n_dot_l);
             let d = model.ndf.d(n_dot_h * n_dot_h, sin_h * sin_h, &lobe);
@@ -73,11 +108,13 @@ impl LobeNodes {
         }))
     }
 
-    /// The nodes over these polar angles of half vectors. `f(sin θ_h, n·h, v·h, n·l)` is the lobe above the horizon.
+    /// The nodes over these polar angles of half vectors; `peak_rad` is the angular size of the lobe's peak.
+    /// `f(sin θ_h, n·h, v·h, n·l)` is the lobe above the horizon.
     pub fn over(
         polar: &[Polar],
         n_dot_v: f64,
         azimuth: usize,
+        peak_rad: f64,
         f: impl Fn(f64, f64, f64, f64) -> f64,
     ) -> LobeNodes {
         let rule = gauss_legendre(azimuth);
@@ -90,18 +127,30 @@ impl LobeNodes {
             let last = if at(0.0) >= 1.0 { continue } else { at(0.0).max(-1.0).acos() };
             let horizon = if cos > 0.0 { at(0.5 * mu / cos) } else { f64::INFINITY };
             let horizon = horizon.clamp(-1.0, 1.0).acos().min(last);
-            for [from, to] in [[0.0, horizon], [horizon, last]] {
-                for node in rule.iter().filter(|_| to > from) {
-                    let half = 0.5 * (to - from);
-                    let (y, x) = (0.5 * (from + to) + half * node.x).sin_cos();
+            let crowded = Crowded::new(peak_rad, sin);
+            let (horizon, last, quarter) = (crowded.at(horizon), crowded.at(last), crowded.quarter);
+            let mut ends = [0.0, horizon, quarter.min(last), last];
+            ends.sort_by(f64::total_cmp);
+            for pair in ends.windows(2).filter(|pair| pair[1] > pair[0]) {
+                let (from, to) = if pair[1] == horizon { (pair[1], pair[0]) } else { (pair[0], pair[1]) };
+                for node in &rule {
+                    let u = 0.5 * (1.0 + node.x);
+                    let (t, slope) = if from == horizon && horizon < last {
+                        (from + (to - from) * u * u, 2.0 * u)
+                    } else {
+                        (from + (to - from) * u, 1.0)
+                    };
+                    let (psi, d_psi) = crowded.psi(t);
+                    let (y, x) = psi.sin_cos();
                     let v_dot_h = (scale * x + mu * cos).max(0.0);
                     let twice = 2.0 * v_dot_h;
                     let light = [twice * sin * x - sin_v, twice * sin * y, twice * cos - mu];
                     let lit = cos > 0.0 && light[2] > 0.0;
+                    let d_azimuth = 0.5 * node.weight * (to - from).abs() * slope * d_psi;
                     nodes.light.push(light);
                     nodes.value.push(if lit { f(sin, cos, v_dot_h, light[2]) } else { 0.0 });
                     // Both halves of the turn.
-                    nodes.solid_angle_sr.push(2.0 * weight * half * node.weight * 4.0 * v_dot_h);
+                    nodes.solid_angle_sr.push(2.0 * weight * d_azimuth * 4.0 * v_dot_h);
                 }
             }
         }
@@ -131,7 +180,13 @@ fn polar(ndf: &Ndf, lobe: &Lobe, n_dot_v: f64, fineness: Fineness) -> Vec<Polar>
     for side in [1.0, -1.0] {
         let first = if side > 0.0 { 0.0 } else { ends[2] };
         // The flat coordinate: y falls where the facets of a family stand upright.
-        let y_first = if first > 0.0 { (flat.y)(first.tan(), lobe) } else if flat.falling { flat.y_max } else { 0.0 };
+        let y_first = if first > 0.0 {
+            (flat.y)(first.tan(), lobe)
+        } else if flat.falling {
+            flat.y_max
+        } else {
+            0.0
+        };
         let (low, high) = if flat.falling { (0.0, y_first.min(flat.y_max)) } else { (y_first, flat.y_max) };
         let inside = ends.iter().map(|end| (flat.y)(end.max(1e-300).tan(), lobe));
         for (y, dy) in nodes_between(low, high, inside, fineness.panel, &rule) {

@@ -62,12 +62,7 @@ pub fn fit_error(model: &Model, at: At, inverse: &Inverse, tolerance: f64) -> Es
 
 /// ∫ g(l, l + v) dω_l over the sphere, g being even in y, to an absolute tolerance. `peak` is the angular size of what is
 /// near the mirror direction.
-fn over_sphere(
-    n_dot_v: f64,
-    peak: f64,
-    tolerance: f64,
-    g: impl Fn([f64; 3], [f64; 3]) -> [f64; 2],
-) -> Estimate<2> {
+fn over_sphere(n_dot_v: f64, peak: f64, tolerance: f64, g: impl Fn([f64; 3], [f64; 3]) -> [f64; 2]) -> Estimate<2> {
     let mu = n_dot_v;
     let sin_v = ((1.0 - mu) * (1.0 + mu)).sqrt();
     let theta_v = sin_v.atan2(mu);

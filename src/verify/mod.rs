@@ -6,6 +6,7 @@ pub mod cube;
 pub mod cube_truth;
 pub mod engine;
 pub mod environment;
+pub mod fibre_layer;
 pub mod identify;
 pub mod law;
 pub mod ltc;
