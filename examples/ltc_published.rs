@@ -36,7 +36,7 @@ fn main() -> Result<()> {
         .par_iter()
         .map(|(x, y)| {
             // Heitz et al. stop both axes just before their ends, as the table does.
-            let at = place(job.at(*x, *y));
+            let at = place(&job.model, job.at(*x, *y));
             let nodes = LobeNodes::of_model(&job.model, at, FINE).expect("a lobe");
             [&ours, &matrix].map(|texture| inverse(texture, *x, *y).cubed_error(&nodes))
         })

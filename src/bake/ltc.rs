@@ -6,7 +6,7 @@
 //! is the cube root of ∫ |f (n·l) − E D|³ dω over ∫ (f (n·l))³ dω: 0 is perfect, 1 is no lobe at all.
 //!
 //! Axes as published: roughness to the right, √(1 − n·v) down, both limits included. Neither has a lobe: what belongs to
-//! roughness 0 is taken at alpha 1e-5, what belongs to n·v = 0 at 1.57 rad, as Heitz et al. take them. At n·v = 1 m20 and
+//! roughness 0 is taken at alpha 1e-5 (1e-2 of distributions whose facets stand upright), what belongs to n·v = 0 at 1.57 rad, as Heitz et al. take them. At n·v = 1 m20 and
 //! m02 are 0 and m00 is 1; at roughness 0 M⁻¹ is that of a mirror of that width.
 
 use rayon::prelude::*;
@@ -28,6 +28,8 @@ pub struct Ltc;
 
 /// The least width that has a lobe.
 const LEAST_ALPHA: f64 = 1e-5;
+/// The same where facets stand upright: they reflect nothing any more.
+const LEAST_UPRIGHT_ALPHA: f64 = 1e-2;
 /// The largest angle between normal and viewer.
 const LARGEST_ANGLE_RAD: f64 = 1.57;
 /// Nodes of the fit that the truth is: none of them is one of [`FIT`].
@@ -51,7 +53,7 @@ static DERIVED: [Derived; 5] = [
     Derived {
         channel: channel("fit-error", "how far the fitted lobe is from the true one: 0 perfect, 1 no lobe"),
         rule: |model, at, values| Inverse(*values).cubed_error(&nodes(model, at, FIT)).cbrt(),
-        truth: |model, at, values| truth::fit_error(model, place(at), &Inverse(*values), TRUTH),
+        truth: |model, at, values| truth::fit_error(model, place(model, at), &Inverse(*values), TRUTH),
     },
     // As Unity's high definition pipeline stores them.
     Derived {
@@ -86,7 +88,7 @@ static LAW: TexelLaw = TexelLaw {
             inverse.0[i] += rounding[i];
             inverse.distance(&best, &nodes)
         };
-        let error = |inverse: &Inverse| truth::fit_error(model, place(at), inverse, TRUTH).value[0];
+        let error = |inverse: &Inverse| truth::fit_error(model, place(model, at), inverse, TRUTH).value[0];
         let allowed = error(&best) + (0..4).map(moved).sum::<f64>();
         let error = error(&Inverse(*found));
         // NaN is not within any bound.
@@ -115,12 +117,9 @@ static FACTS: Facts = Facts {
 };
 
 /// Where a texel's lobe is taken: at n·v = 0 and at roughness 0 there is none.
-pub fn place(at: At) -> At {
-    At {
-        n_dot_v: at.n_dot_v.max(LARGEST_ANGLE_RAD.cos()),
-        // Back and forth through alpha may round: the root is what both would square.
-        roughness: at.roughness.max(LEAST_ALPHA.sqrt()),
-    }
+pub fn place(model: &Model, at: At) -> At {
+    let least = if model.ndf.family.flat.falling { LEAST_UPRIGHT_ALPHA } else { LEAST_ALPHA };
+    At { n_dot_v: at.n_dot_v.max(LARGEST_ANGLE_RAD.cos()), roughness: at.roughness.max(least.sqrt()) }
 }
 
 /// A value without an error of its own.
@@ -130,12 +129,12 @@ fn exactly(value: f64) -> Estimate<1> {
 
 /// The nodes of a texel's lobe.
 fn nodes(model: &Model, at: At, fineness: Fineness) -> LobeNodes {
-    LobeNodes::of_model(model, place(at), fineness).expect("a width above 0 has a lobe")
+    LobeNodes::of_model(model, place(model, at), fineness).expect("a width above 0 has a lobe")
 }
 
 /// The best fit.
 fn best(model: &Model, at: At, fineness: Fineness) -> Fit {
-    let at = place(at);
+    let at = place(model, at);
     let lobe = model.ndf.lobe(at.roughness).expect("a width above 0 has a lobe");
     fit(&nodes(model, at, fineness), at.n_dot_v, lobe.peak)
 }
@@ -220,6 +219,10 @@ impl Table for Ltc {
             (0..columns * roughness.len()).into_par_iter().map(texel).collect()
         })?;
         Ok(fits.into_iter().flatten().map(|v| v as f32).collect())
+    }
+
+    fn truth_name(&self) -> &'static str {
+        "the same fit over other nodes"
     }
 
     fn describe(&self, model: &Model, places: &[At], texels: &[f32], meta: &mut Meta) {

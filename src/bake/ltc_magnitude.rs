@@ -124,7 +124,7 @@ impl Table for LtcMagnitude {
 
     fn rule(&self, model: &Model, at: At) -> Values {
         let (z, length) = form_factor(at);
-        channels(model.rule(place(at)), sphere(z, length))
+        channels(model.rule(place(model, at)), sphere(z, length))
     }
 
     fn check(&self, model: &Model) -> Result<()> {
@@ -136,7 +136,7 @@ impl Table for LtcMagnitude {
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
-        let lobe = place(at);
+        let lobe = place(model, at);
         let found = truth::albedo(model, lobe.n_dot_v, lobe.roughness, tolerance);
         let (z, length) = form_factor(at);
         let cap = sphere_truth(z, length, tolerance);
@@ -151,7 +151,7 @@ impl Table for LtcMagnitude {
         backend: &Backend,
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<f32>> {
-        let lobe = |n_dot_v: f64, roughness: f64| place(At { n_dot_v, roughness });
+        let lobe = |n_dot_v: f64, roughness: f64| place(model, At { n_dot_v, roughness });
         let columns: Vec<f64> = n_dot_v.iter().map(|x| lobe(*x, 1.0).n_dot_v).collect();
         let rows: Vec<f64> = roughness.iter().map(|r| lobe(1.0, *r).roughness).collect();
         let grid = Grid { stage: "ltc-magnitude", n_dot_v: &columns, roughness: &rows, first_slice: None };

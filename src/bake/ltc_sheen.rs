@@ -103,7 +103,6 @@ static FIBRES_DERIVED: [Derived; 1] = [Derived {
 
 /// Where a texel's lobe is taken.
 pub(crate) fn place(at: At) -> At {
-    // Back and forth through alpha may round: the root is what both would square.
     At { n_dot_v: at.n_dot_v.max(LEAST), roughness: at.roughness.max(LEAST.sqrt()) }
 }
 
@@ -186,6 +185,10 @@ impl Table for LtcSheen {
         Estimate { value: values(&microfacets(model, at, FINE), albedo.value[0]), error: albedo.error }
     }
 
+    fn truth_name(&self) -> &'static str {
+        "the same fit over other nodes, reflectance by adaptive f64 integration"
+    }
+
     fn bake(
         &self,
         model: &Model,
@@ -239,6 +242,10 @@ impl Table for LtcSheenFibres {
         let albedo = fibre_layer::albedo(place(at), tolerance);
         let nodes = FibreLayer::new(place(at)).nodes(FINE);
         Estimate { value: values(&nodes, albedo.value[0]), error: albedo.error }
+    }
+
+    fn truth_name(&self) -> &'static str {
+        "the same fit over other nodes, reflectance by adaptive f64 integration"
     }
 
     fn bake(

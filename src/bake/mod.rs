@@ -187,6 +187,10 @@ pub trait Table: Sync {
     fn law(&self) -> Option<&'static TexelLaw> {
         None
     }
+    /// What [`Table::truth`] is, in words.
+    fn truth_name(&self) -> &'static str {
+        "adaptive f64 integration"
+    }
     /// What a file should say of its texels: [`MAX_CHANNELS`] values for each place.
     fn describe(&self, _model: &Model, _places: &[At], _texels: &[f32], _meta: &mut Meta) {}
     /// The deterministic rule in f64: what the CPU backend bakes, and the twin of the kernel.
@@ -683,6 +687,32 @@ impl TableJob {
         let [low, high] = self.range(channel);
         let inside = value.clamp(low, high);
         if f64::from((value - inside).abs()) <= self.tolerance(channel).worst { inside } else { value }
+    }
+
+    /// What [`Table::describe`] says of the texels of a file that holds all of the table's values.
+    pub fn described(&self, texture: &Texture) -> Meta {
+        let mut meta = Meta::default();
+        if let Some(own) = self.own_channels() {
+            let (width, height) = self.size();
+            let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            let places: Vec<At> = texels.clone().map(|(x, y)| self.at(x, y)).collect();
+            let values = |(x, y)| {
+                let texel = texture.texel(0, 0, x, y);
+                let mut values = [0.0; MAX_CHANNELS];
+                values.iter_mut().zip(&own).for_each(|(value, place)| *value = texel[*place]);
+                values
+            };
+            let texels: Vec<f32> = texels.flat_map(values).collect();
+            self.table.describe(&self.model, &places, &texels, &mut meta);
+        }
+        meta
+    }
+
+    /// Where in a texel the table's own values are; `None` where the file does not hold all of them.
+    pub fn own_channels(&self) -> Option<Vec<usize>> {
+        let all = (self.table.facts().channels)(&self.model.fresnel).len();
+        let place = |own: usize| self.channels.iter().position(|c| matches!(c, Source::Table(value) if *value == own));
+        (0..all).map(place).collect()
     }
 
     /// What the file says of itself.

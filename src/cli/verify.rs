@@ -98,6 +98,8 @@ impl VerifyArgs {
         let on = &mut |p: Progress<'_>| console.progress(p);
         let report = check(&job, &texture, Some(steps), extent, on)?;
         let certificate = certificate.table(job.rule_name(), &texture.meta, &report);
+        let described = job.described(&texture);
+        let certificate = certificate.described(&texture.meta, &described, &steps);
         let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
         if let Some(most) = checked.max_error {
             failures.extend(exceeds(report.worst(), most, "of a checked texel"));
@@ -251,13 +253,20 @@ fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right:
         ));
     }
     text.push_str(&format!(
-        "\n  truth      {} texels by adaptive f64 integration, itself within {:.0e}",
-        report.truth_texels, report.truth_error
+        "\n  truth      {} texels by {}, itself within {:.0e}",
+        report.truth_texels,
+        job.table.truth_name(),
+        report.truth_error
     ));
     text.push_str(&format!(
         "\n  twin       {} texels by the same rule in f64, max difference {:.2e}",
         report.twin_texels, report.twin_worst
     ));
+    if let Some(law) = job.table.law()
+        && let Some(found) = report.laws.iter().find(|l| l.statement.ends_with(law.statement))
+    {
+        text.push_str(&format!("\n  law        {}: {}", found.statement, if found.holds { "holds" } else { "BROKEN" }));
+    }
     let tolerance = job.loosest();
     text.push_str(&format!(
         "\n  bound      {:.0e} before rounding, {:.0e} nearer to 0 than 1/1024",

@@ -76,17 +76,18 @@ impl FibreLayer {
         once + n_dot_l * often
     }
 
-    /// Nodes over the lobe, above the horizon. cos θ_h = sigma tan u is the coordinate in which the flakes are flat.
+    /// Nodes over the lobe, above the horizon. cos θ_h = sigma sinh t resolves the flakes, which lie within sigma of the
+    /// horizon, and the light that scatters more often, which does not.
     pub fn nodes(&self, fineness: Fineness) -> LobeNodes {
         let rule = gauss_legendre(fineness.polar);
         let theta_v = self.n_dot_v.acos();
-        let u = |theta: f64| (theta.cos() / self.sigma).atan();
+        let t = |theta: f64| (theta.cos() / self.sigma).asinh();
         let ends = [FRAC_PI_4 - 0.5 * theta_v, FRAC_PI_4 + 0.5 * theta_v, FRAC_PI_2 - theta_v].into_iter();
-        let polar: Vec<Polar> = nodes_between(0.0, u(0.0), ends.map(u), 0.3 * fineness.panel, &rule)
+        let polar: Vec<Polar> = nodes_between(0.0, t(0.0), ends.map(t), fineness.panel, &rule)
             .into_iter()
-            .map(|(u, du)| {
-                let cos = (self.sigma * u.tan()).min(1.0);
-                let weight = self.sigma * du / (u.cos() * u.cos());
+            .map(|(t, dt)| {
+                let cos = (self.sigma * t.sinh()).min(1.0);
+                let weight = self.sigma * t.cosh() * dt;
                 Polar { sin: ((1.0 - cos) * (1.0 + cos)).sqrt(), cos, weight }
             })
             .collect();

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::law::Law;
-use crate::bake::{At, Source, TableJob, TexelLaw, Values};
+use crate::bake::{At, TableJob, TexelLaw, Values};
 use crate::error::Result;
 use crate::format::{Encoding, Repr, Steps};
 use crate::progress::{OnProgress, tick};
@@ -132,7 +132,7 @@ pub fn check(
 
     let (mut failures, mut obeyed) = (vec![], vec![]);
     let mut bound = f64::INFINITY;
-    for (kind, by, list) in [("twin", "the same rule in f64", &twin), ("truth", "adaptive f64 integration", &truth)] {
+    for (kind, by, list) in [("twin", "the same rule in f64", &twin), ("truth", job.table.truth_name(), &truth)] {
         let before = failures.len();
         if list.is_empty() {
             failures.push(format!("no texel was compared with the {kind}"));
@@ -179,7 +179,7 @@ pub fn check(
         let statement = format!("{} texels agree with the {kind} ({by}) within their bounds", list.len());
         obeyed.push(Law::new(statement, &failures[before..]));
     }
-    if let Some(law) = job.table.law().filter(|_| own_channels(job).is_some()) {
+    if let Some(law) = job.table.law().filter(|_| job.own_channels().is_some()) {
         tick(on, "verify: texels", 0.0)?;
         let failure = broken(job, law, &sampled(4), texture, stored);
         obeyed.push(Law::new(format!("each of {} texels {}", sampled(4).len(), law.statement), failure.as_slice()));
@@ -303,13 +303,6 @@ fn laws(job: &TableJob, texture: &Texture, stored: Option<Steps>) -> Vec<(String
     checks.into_iter().map(|(statement, check)| (statement, broken(&check))).collect()
 }
 
-/// Where in a texel the table's own values are; `None` where the file does not hold all of them.
-fn own_channels(job: &TableJob) -> Option<Vec<usize>> {
-    let all = (job.table.facts().channels)(&job.model.fresnel).len();
-    let place = |own: usize| job.channels.iter().position(|source| matches!(source, Source::Table(c) if *c == own));
-    (0..all).map(place).collect()
-}
-
 /// What is wrong by a law of texels, if anything is.
 fn broken(
     job: &TableJob,
@@ -318,13 +311,13 @@ fn broken(
     texture: &Texture,
     stored: Option<Steps>,
 ) -> Option<String> {
-    let places = own_channels(job)?;
+    let places = job.own_channels()?;
     let of_texel = |&[x, y]: &[u32; 2]| {
         let texel = texture.texel(0, 0, x, y);
         let (mut found, mut rounding) = (Values::default(), Values::default());
         for (own, place) in places.iter().enumerate() {
             found[own] = f64::from(texel[*place]);
-            rounding[own] = stored.map_or(0.0, |steps| steps.half_ulp_at(found[own], found[own].abs()));
+            rounding[own] = stored.unwrap_or(SINGLE.into()).half_ulp_at(found[own], found[own].abs());
         }
         (law.broken)(&job.model, job.at(x, y), &found, &rounding).map(|what| (what, x, y))
     };
