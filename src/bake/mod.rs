@@ -149,6 +149,8 @@ impl Usual {
 pub struct Derived {
     /// The channel.
     pub channel: Channel,
+    /// Bounds of its error.
+    pub tolerance: Tolerance,
     /// Its value from those of the table.
     pub rule: fn(&Model, At, &Values) -> f64,
     /// The same by other means, where there are some.
@@ -648,7 +650,8 @@ impl TableJob {
     pub fn tolerance(&self, channel: usize) -> Tolerance {
         match self.channels[channel] {
             Source::Table(value) => self.table.tolerance(&self.model, value),
-            Source::Complement(_) | Source::Derived(_) => self.table.tolerance(&self.model, 0),
+            Source::Complement(_) => self.table.tolerance(&self.model, 0),
+            Source::Derived(derived) => derived.tolerance,
             Source::Companion(companion) => companion.tolerance(),
         }
     }

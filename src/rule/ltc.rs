@@ -23,10 +23,13 @@
 use std::f64::consts::PI;
 
 use super::lobe_nodes::{Fineness, LobeNodes};
-use crate::quadrature::newton::{Local, newton};
+use crate::quadrature::newton::{Local, Minimum, newton};
 
 /// Nodes of a fit.
 pub const FIT: Fineness = Fineness { polar: 10, azimuth: 14, panel: 1.3 };
+
+/// Above this the cubed difference is that of a lobe that lies elsewhere.
+const LOST: f64 = 0.25;
 
 /// M⁻¹ with a middle of 1, in the order of published textures: rows and columns 00, 20, 02, 22.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -200,7 +203,8 @@ impl Objective<'_> {
 /// peak.
 ///
 /// Newton's method starts with the peak's height at the lobe's mean direction, and half-way between that and the mirror
-/// direction; the better end wins. Seen along the normal the lobe is round, which leaves one number.
+/// direction; the better end wins. Where both are lost, as may be where a long tail draws the mean away, it starts at the
+/// mirror direction too. Seen along the normal the lobe is round, which leaves one number.
 pub fn fit(nodes: &LobeNodes, n_dot_v: f64, width_rad: f64) -> Fit {
     let (mut mean, mut v_dot_h, mut largest, mut norm) = ([0.0; 2], 0.0, 0.0f64, 0.0);
     let sin_v = ((1.0 - n_dot_v) * (1.0 + n_dot_v)).sqrt();
@@ -224,7 +228,7 @@ pub fn fit(nodes: &LobeNodes, n_dot_v: f64, width_rad: f64) -> Fit {
     let chi = mean[0].atan2(mean[1]).min(theta_v);
     // The tilt that fits a narrow lobe.
     let tilt = 0.5 * chi.tan() * chi.sin() * chi.sin();
-    let ends = [1.0, 0.5].map(|share| {
+    let from = |share: f64| {
         let start = [wide, wide + squeezed.ln(), share * (chi - theta_v) / objective.scale_rad, tilt];
         newton(
             start,
@@ -232,8 +236,12 @@ pub fn fit(nodes: &LobeNodes, n_dot_v: f64, width_rad: f64) -> Fit {
             |p| objective.local(p),
             |p| [0.5, 0.5, 0.5 * (1.0 + p[2].abs()), 0.5 * (1.0 + p[3].abs())],
         )
-    });
-    let best = if ends[1].value < ends[0].value { ends[1] } else { ends[0] };
+    };
+    let better = |a: Minimum<4>, b: Minimum<4>| if b.value < a.value { b } else { a };
+    let mut best = better(from(1.0), from(0.5));
+    if best.value > LOST {
+        best = better(best, from(0.0));
+    }
     Fit { inverse: objective.inverse(&best.at), cubed: best.value, converged: best.converged }
 }
 
