@@ -361,10 +361,12 @@ fn every_table_states_its_source_and_bounds() {
         let facts = table.facts();
         assert!(!facts.source.is_empty() && !facts.usage.is_empty() && !facts.tolerance.why.is_empty());
         let most = match facts.name {
-            "glass" | "glass-average" => 5e-6,
+            name if name.starts_with("glass") => 5e-6,
             "schlick-weight" => 2e-6,
             // 1/E.
             "turquin" => 1e-5,
+            // Fits: tests/ltc.rs has what they keep.
+            _ if table.usual().on_processor => 1e-2,
             _ => 1e-6,
         };
         assert!(facts.tolerance.worst <= most && facts.tolerance.median < facts.tolerance.worst);

@@ -10,6 +10,9 @@ mod glass;
 mod glass_average;
 pub mod grid;
 mod kulla_conty;
+pub mod ltc;
+mod ltc_magnitude;
+mod ltc_sheen;
 pub mod model;
 pub mod quality;
 pub mod roughness_law;
@@ -29,6 +32,8 @@ pub use roughness_law::RoughnessLaw;
 pub use slice_axis::SliceAxis;
 pub use stored::Stored;
 pub use volume::VolumeJob;
+
+use rayon::prelude::*;
 
 use self::companion::{COMPANIONS, Companion};
 use self::slice_axis::Kind;
@@ -124,10 +129,85 @@ pub struct Facts {
     pub tolerance: Tolerance,
 }
 
+/// What a user means who says nothing else of a table.
+#[derive(Clone, Copy, Debug)]
+pub struct Usual {
+    /// Width and height in texels.
+    pub size: (u32, u32),
+    /// What runs along its axes; `None` is each coordinate itself.
+    pub axes: Option<&'static [Warp]>,
+    /// Where in its texel a value is taken.
+    pub points: Points,
+    /// Names of the distribution and of the geometry term; `None` for a table that has its own lobe.
+    pub model: Option<[&'static str; 2]>,
+    /// Its texels are stored as single floats where the container has them: halves are too coarse.
+    pub single: bool,
+    /// No device computes it.
+    pub on_processor: bool,
+}
+
+impl Usual {
+    /// 256 × 256 texels, centers, GGX with height-correlated Smith.
+    pub const TABLE: Usual = Usual {
+        size: (256, 256),
+        axes: None,
+        points: Points::Centers,
+        model: Some(["ggx", "smith"]),
+        single: false,
+        on_processor: false,
+    };
+}
+
+/// A channel that follows from the others of its texel.
+pub struct Derived {
+    /// The channel.
+    pub channel: Channel,
+    /// Bounds of its error.
+    pub tolerance: Tolerance,
+    /// Its value from those of the table.
+    pub rule: fn(&Model, At, &Values) -> f64,
+    /// The same by other means, where there are some.
+    pub truth: fn(&Model, At, &Values) -> Estimate<1>,
+}
+
+/// What must hold of a texel as a whole.
+pub struct TexelLaw {
+    /// What, of a texel, as a reader would say it.
+    pub statement: &'static str,
+    /// What is wrong with the values of a texel, each of which may be rounded by so much; `None` where nothing is.
+    pub broken: fn(&Model, At, found: &Values, rounding: &Values) -> Option<String>,
+}
+
 /// A table that can be baked.
 pub trait Table: Sync {
     /// What it is.
     fn facts(&self) -> &'static Facts;
+    /// The request that its name alone stands for.
+    fn usual(&self) -> Usual {
+        Usual::TABLE
+    }
+    /// Bounds of the error of one of its values for a model.
+    fn tolerance(&self, model: &Model, _value: usize) -> Tolerance {
+        model.tolerance(&self.facts().tolerance)
+    }
+    /// Refuses a limit that it does not have: at n·v = 0 if `at_grazing`, at roughness 0 if `at_mirror`.
+    fn check_limits(&self, model: &Model, at_grazing: bool, at_mirror: bool) -> Result<()> {
+        model.check_limits(at_grazing, at_mirror)
+    }
+    /// What can be had of its values beside them.
+    fn derived(&self) -> &'static [Derived] {
+        &[]
+    }
+    /// What must hold of a texel that has all of its values.
+    fn law(&self) -> Option<&'static TexelLaw> {
+        None
+    }
+    /// What [`Table::truth`] is, in words.
+    fn truth_name(&self) -> &'static str {
+        "adaptive f64 integration"
+    }
+    /// What a file should say of its texels: [`MAX_CHANNELS`] values for each place.
+    fn describe(&self, _model: &Model, _places: &[At], _texels: &[f32], _meta: &mut Meta) {}
     /// The deterministic rule in f64: what the CPU backend bakes, and the twin of the kernel.
     fn rule(&self, model: &Model, at: At) -> Values;
     /// The Fresnel term that it takes where this one was asked for; its own where none was.
@@ -163,6 +243,10 @@ pub static TABLES: &[&dyn Table] = &[
     &kulla_conty::KullaConty,
     &turquin::Turquin,
     &skin::Skin,
+    &ltc::Ltc,
+    &ltc_magnitude::LtcMagnitude,
+    &ltc_sheen::LtcSheen,
+    &ltc_sheen::LtcSheenFibres,
 ];
 
 /// The table with this name.
@@ -199,6 +283,8 @@ pub enum Source {
     Table(usize),
     /// 1 less the table's first channel: its [`Facts::complement`].
     Complement(&'static Channel),
+    /// What follows from the table's values.
+    Derived(&'static Derived),
     /// Another quantity over the same coordinates.
     Companion(&'static Companion),
 }
@@ -206,7 +292,7 @@ pub enum Source {
 impl Source {
     /// Does it need the table's values?
     fn is_of_table(&self) -> bool {
-        matches!(self, Source::Table(_) | Source::Complement(_))
+        !matches!(self, Source::Companion(_))
     }
 }
 
@@ -240,17 +326,20 @@ pub struct TableRequest {
 }
 
 impl TableRequest {
-    /// The default request for a table: 256 × 256 texels, centers, GGX with height-correlated Smith.
-    pub fn new(table: &str) -> TableRequest {
+    /// The default request for a table: its [`Table::usual`].
+    pub fn new(name: &str) -> TableRequest {
+        let usual = table(name).map_or(Usual::TABLE, |table| table.usual());
+        // A table with a lobe of its own is asked for the usual model, which it ignores.
+        let [ndf, visibility] = usual.model.or(Usual::TABLE.model).expect("the usual table has a model");
         TableRequest {
-            table: table.into(),
-            size: (256, 256),
-            ndf: "ggx".into(),
-            visibility: "smith".into(),
+            table: name.into(),
+            size: usual.size,
+            ndf: ndf.into(),
+            visibility: visibility.into(),
             fresnel: None,
-            axes: None,
+            axes: usual.axes.map(|axes| axes.iter().map(|warp| warp.name().into()).collect()),
             roughness: None,
-            points: Points::Centers,
+            points: usual.points,
             flip_v: false,
             row_shift: 0,
             channels: None,
@@ -347,28 +436,31 @@ impl TableRequest {
         let own = (facts.channels)(&model.fresnel);
         let companions = || COMPANIONS.iter().filter(|_| own_axes == [Coordinate::NDotV, Coordinate::Roughness]);
         let known = || {
-            let beside = facts.complement.iter().map(|c| c.name).chain(companions().map(|c| c.channel.name));
+            let derived = table.derived().iter().map(|d| d.channel.name);
+            let beside = facts.complement.iter().map(|c| c.name).chain(derived);
+            let beside = beside.chain(companions().map(|c| c.channel.name));
             own.iter().map(|c| c.name).chain(beside)
         };
         let wanted: Vec<&str> = match &self.channels {
             None => (facts.default_channels)(&model.fresnel).to_vec(),
             Some(names) => names.iter().map(String::as_str).collect(),
         };
-        let channel = |name: &&str| {
-            let of_table = own.iter().position(|c| c.name == *name).map(Source::Table);
-            let of_complement = || facts.complement.filter(|c| c.name == *name).map(Source::Complement);
-            let of_companion = || companions().find(|c| c.channel.name == *name).map(Source::Companion);
-            of_table
-                .or_else(of_complement)
-                .or_else(of_companion)
-                .ok_or_else(|| Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known())))
-        };
+        let channel =
+            |name: &&str| {
+                let of_table = own.iter().position(|c| c.name == *name).map(Source::Table);
+                let of_complement = || facts.complement.filter(|c| c.name == *name).map(Source::Complement);
+                let of_derived = || table.derived().iter().find(|d| d.channel.name == *name).map(Source::Derived);
+                let of_companion = || companions().find(|c| c.channel.name == *name).map(Source::Companion);
+                of_table.or_else(of_complement).or_else(of_derived).or_else(of_companion).ok_or_else(|| {
+                    Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known()))
+                })
+            };
         let channels: Vec<Source> = wanted.iter().map(channel).collect::<Result<_>>()?;
         let edges = |c| self.points == Points::Edges && own_axes.contains(&c);
         let (at_grazing, at_mirror) =
             (edges(Coordinate::NDotV), edges(Coordinate::Roughness) || roughness == Some(0.0));
         if channels.iter().any(Source::is_of_table) {
-            model.check_limits(at_grazing, at_mirror)?;
+            table.check_limits(&model, at_grazing, at_mirror)?;
         }
         for channel in &channels {
             if let Source::Companion(companion) = channel {
@@ -406,8 +498,14 @@ impl TableJob {
         self.channels.iter().map(|source| match source {
             Source::Table(c) => &all[*c],
             Source::Complement(channel) => channel,
+            Source::Derived(derived) => &derived.channel,
             Source::Companion(companion) => &companion.channel,
         })
+    }
+
+    /// Is it computed for a distribution and a geometry term?
+    pub fn has_model(&self) -> bool {
+        self.table.usual().model.is_some()
     }
 
     /// Does any channel come from the table itself?
@@ -425,6 +523,7 @@ impl TableJob {
         let value = |source: &Source| match source {
             Source::Table(c) => all[*c],
             Source::Complement(_) => 1.0 - all[0],
+            Source::Derived(derived) => (derived.rule)(&self.model, at, &all),
             Source::Companion(companion) => companion.rule(at),
         };
         self.channels.iter().map(value).collect()
@@ -447,7 +546,9 @@ impl TableJob {
             let values = self.channels.iter().map(|source| match source {
                 Source::Table(c) => e.value[*c],
                 Source::Complement(_) => 1.0 - e.value[0],
-                Source::Companion(_) => unreachable!("TableRequest::average_of refuses companions"),
+                Source::Derived(_) | Source::Companion(_) => {
+                    unreachable!("TableRequest::average_of takes albedo tables, and refuses companions")
+                }
             });
             let values: Vec<f64> = values.collect();
             let largest = values.iter().copied().fold(0.0, f64::max);
@@ -462,7 +563,7 @@ impl TableJob {
     /// The truth of the chosen channels by adaptive integration, each with its own error, to about `share` of their
     /// bounds.
     pub fn truth(&self, at: At, share: f64) -> Vec<Estimate<1>> {
-        let tolerance = share * self.model.tolerance(&self.table.facts().tolerance).worst;
+        let tolerance = share * self.strictest();
         if let Some(stored) = &self.of {
             return self.of_stored(stored, at, |at| truth::albedo(&self.model, at.n_dot_v, at.roughness, tolerance));
         }
@@ -473,6 +574,10 @@ impl TableJob {
         let value = |source: &Source| match source {
             Source::Table(c) => Estimate { value: [all.value[*c]], error: all.error },
             Source::Complement(_) => Estimate { value: [1.0 - all.value[0]], error: all.error },
+            Source::Derived(derived) => {
+                let found = (derived.truth)(&self.model, at, &all.value);
+                Estimate { value: found.value, error: found.error + all.error * found.value[0].abs().max(1.0) }
+            }
             Source::Companion(companion) => companion.truth(at, share * companion.tolerance().worst),
         };
         self.channels.iter().map(value).collect()
@@ -489,7 +594,7 @@ impl TableJob {
         }
         let own = self.has_own().then(|| (self.table.facts().rule)(&self.model));
         let companions = self.channels.iter().filter_map(|source| match source {
-            Source::Table(_) | Source::Complement(_) => None,
+            Source::Table(_) | Source::Complement(_) | Source::Derived(_) => None,
             Source::Companion(companion) => Some(format!("{} by {}", companion.channel.name, companion.rule_name())),
         });
         own.into_iter().chain(companions).collect::<Vec<_>>().join("; ")
@@ -533,12 +638,22 @@ impl TableJob {
             true => self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?,
             false => vec![],
         };
+        let places = || -> Vec<At> {
+            let row = |&roughness: &f64| n_dot_v.iter().map(move |&n_dot_v| At { n_dot_v, roughness });
+            roughness.iter().flat_map(row).collect()
+        };
         // Every channel as [roughness][n·v].
         let mut planes = Vec::with_capacity(self.channels.len());
         for (channel, (source, facts)) in self.channels.iter().zip(self.channel_facts()).enumerate() {
             let mut plane: Vec<f32> = match source {
                 Source::Table(c) => all.iter().skip(*c).step_by(MAX_CHANNELS).copied().collect(),
                 Source::Complement(_) => all.iter().step_by(MAX_CHANNELS).map(|v| 1.0 - v).collect(),
+                Source::Derived(derived) => {
+                    let value = |(at, texel): (&At, &[f32; MAX_CHANNELS])| {
+                        (derived.rule)(&self.model, *at, &texel.map(f64::from)) as f32
+                    };
+                    places().par_iter().zip(all.as_chunks().0).map(value).collect()
+                }
                 Source::Companion(companion) => companion.bake(&n_dot_v, &roughness, backend, on)?,
             };
             if let Some(bad) = plane.iter().position(|v| !v.is_finite()) {
@@ -565,16 +680,28 @@ impl TableJob {
                 texels.extend(planes.iter().map(|plane| plane[texel]));
             }
         }
+        let mut meta = self.meta(backend);
+        if !all.is_empty() {
+            self.table.describe(&self.model, &places(), &all, &mut meta);
+        }
         let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
-        Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta: self.meta(backend) })
+        Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta })
     }
 
     /// The bounds that the texels of a channel keep, by its place in a texel.
     pub fn tolerance(&self, channel: usize) -> Tolerance {
         match self.channels[channel] {
-            Source::Table(_) | Source::Complement(_) => self.model.tolerance(&self.table.facts().tolerance),
+            Source::Table(value) => self.table.tolerance(&self.model, value),
+            Source::Complement(_) => self.table.tolerance(&self.model, 0),
+            Source::Derived(derived) => derived.tolerance,
             Source::Companion(companion) => companion.tolerance(),
         }
+    }
+
+    /// The least bound that any of the table's values keeps.
+    fn strictest(&self) -> f64 {
+        let values = (self.table.facts().channels)(&self.model.fresnel).len();
+        (0..values).map(|value| self.table.tolerance(&self.model, value).worst).fold(f64::INFINITY, f64::min)
     }
 
     /// The bounds of the loosest channel.
@@ -591,6 +718,7 @@ impl TableJob {
                 [low, if self.model.bounded() { high } else { self.model.largest() }]
             }
             Source::Complement(channel) => [1.0 - self.model.largest(), channel.range[1]],
+            Source::Derived(derived) => derived.channel.range,
             Source::Companion(companion) => {
                 let roughness = self.axes.iter().filter(|a| a.warp.coordinate() == Coordinate::Roughness);
                 companion.range(roughness.flat_map(Axis::coordinates).fold(1.0, f64::min))
@@ -608,15 +736,43 @@ impl TableJob {
         }
     }
 
+    /// What [`Table::describe`] says of the texels of a file that holds all of the table's values.
+    pub fn described(&self, texture: &Texture) -> Meta {
+        let mut meta = Meta::default();
+        if let Some(own) = self.own_channels() {
+            let (width, height) = self.size();
+            let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            let places: Vec<At> = texels.clone().map(|(x, y)| self.at(x, y)).collect();
+            let values = |(x, y)| {
+                let texel = texture.texel(0, 0, x, y);
+                let mut values = [0.0; MAX_CHANNELS];
+                values.iter_mut().zip(&own).for_each(|(value, place)| *value = texel[*place]);
+                values
+            };
+            let texels: Vec<f32> = texels.flat_map(values).collect();
+            self.table.describe(&self.model, &places, &texels, &mut meta);
+        }
+        meta
+    }
+
+    /// Where in a texel the table's own values are; `None` where the file does not hold all of them.
+    pub fn own_channels(&self) -> Option<Vec<usize>> {
+        let all = (self.table.facts().channels)(&self.model.fresnel).len();
+        let place = |own: usize| self.channels.iter().position(|c| matches!(c, Source::Table(value) if *value == own));
+        (0..all).map(place).collect()
+    }
+
     /// What the file says of itself.
     fn meta(&self, backend: &Backend) -> Meta {
         let facts = self.table.facts();
         let names = |list: Vec<&str>| list.join(",");
         let mut meta = Meta::default();
         meta.set("table", facts.name);
-        meta.set("ndf", self.model.ndf.to_string());
-        meta.set("visibility", self.model.visibility.name);
-        meta.set("fresnel", self.model.fresnel.to_string());
+        if self.has_model() {
+            meta.set("ndf", self.model.ndf.to_string());
+            meta.set("visibility", self.model.visibility.name);
+            meta.set("fresnel", self.model.fresnel.to_string());
+        }
         meta.set("axes", names(self.axes.iter().map(|a| a.warp.name()).collect()));
         meta.set("points", self.axes[0].points.name());
         meta.set(
@@ -645,7 +801,7 @@ impl TableJob {
             meta.set("of", stored);
         }
         meta.set("rule", self.rule_name());
-        if let Some(note) = self.model.note() {
+        if let Some(note) = self.model.note().filter(|_| self.has_model()) {
             meta.set("note", note);
         }
         meta.set("device", backend.name());
@@ -672,11 +828,14 @@ impl TableRequest {
             })
         };
         let list = |key: &str| Ok::<_, Error>(get(key)?.split(',').map(String::from).collect::<Vec<_>>());
+        let name = get("table")?;
+        let usual = TableRequest::new(name);
+        let has_model = table(name)?.usual().model.is_some();
         Ok(TableRequest {
-            table: get("table")?.into(),
+            table: name.into(),
             size: (texture.width, texture.height),
-            ndf: get("ndf")?.into(),
-            visibility: get("visibility")?.into(),
+            ndf: if has_model { get("ndf")?.into() } else { usual.ndf },
+            visibility: if has_model { get("visibility")?.into() } else { usual.visibility },
             // Files of version 0.1 did not state it: they hold the table's own. Where a number of it runs over slices it has none.
             fresnel: match texture.meta.get("fresnel") {
                 None | Some("dielectric" | "power" | "f0") => None,

@@ -28,7 +28,7 @@ static CHANNELS: [Channel; 4] = [
     Channel { name: "f82", meaning: "what the F82 tint takes away", range: [0.0, 0.0567] },
 ];
 
-static FACTS: Facts = Facts {
+pub(super) static FACTS: Facts = Facts {
     name: "split-sum",
     about: "scale and bias of F0: reflection of a white environment with Schlick's Fresnel",
     source: "Karis 2013, Real Shading in Unreal Engine 4",

@@ -25,8 +25,8 @@ const SET: &str = "set";
 
 #[derive(clap::Args, Clone)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass, glass-average, schlick-weight, kulla-conty, turquin or skin; set for all that the
-    /// engine of --for takes, by its own names
+    /// split-sum, albedo, average-albedo, glass, ltc, skin, ...: see `brdf-baker list tables`; set for all that the engine of
+    /// --for takes, by its own names
     table: String,
     /// File to write, of a set the folder; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
@@ -193,16 +193,17 @@ impl BakeArgs {
         let owned = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
         let albedo = self.of.map(|path| read_albedo(path, &self.table)).transpose()?;
         let points = self.points.as_deref().map(Points::parse).transpose()?;
-        let axes = choice.pick("axes", self.axes.map(Some), preset.map(|p| Some(p.axis_names())), None);
-        let (axes, map) = split_axes(axes)?;
+        let table = preset.map_or(self.table, |p| p.table.into());
+        let (own_axes, usual_request) = (bake::table(&table)?.facts().axes, TableRequest::new(&table));
+        let of_preset = preset.map(|p| Some(p.axis_names()));
+        let (axes, map) = split_axes(choice.pick("axes", self.axes.map(Some), of_preset, usual_request.axes))?;
         if let (Some(base), Some(film)) = (fresnel, &self.film) {
             fresnel = Some(on_base(base, film, map)?);
         }
-        let table = preset.map_or(self.table, |p| p.table.into());
-        let one_axis = bake::table(&table)?.facts().axes.len() == 1 || self.roughness.is_some();
+        let one_axis = own_axes.len() == 1 || self.roughness.is_some();
         let given = self.size.map(|sizes| sizes.of(one_axis, map.is_some())).transpose()?;
         let usual = match map {
-            None => ((256, 256), 1),
+            None => (usual_request.size, 1),
             Some(_) => ((32, if one_axis { 1 } else { 32 }), 32),
         };
         let of_preset = preset.map(|p| (p.size, p.slices.map_or(1, |(_, depth)| depth)));
@@ -212,16 +213,16 @@ impl BakeArgs {
                 .map_err(|e| Error::input(path, e.to_string(), e.help().to_string()))?,
             None => TableRequest {
                 size,
-                ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), "ggx".into()),
+                ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), usual_request.ndf),
                 visibility: choice.pick(
                     "visibility",
                     self.visibility,
                     preset.map(|p| p.visibility.into()),
-                    "smith".into(),
+                    usual_request.visibility,
                 ),
                 axes,
                 roughness: self.roughness,
-                points: choice.pick("points", points, preset.map(|p| p.points), Points::Centers),
+                points: choice.pick("points", points, preset.map(|p| p.points), usual_request.points),
                 flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
                 row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
                 channels: choice.pick(
@@ -247,9 +248,10 @@ impl BakeArgs {
         let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
         let channels = facts.channels.len();
-        // Halves would round away what the average of stored texels is for.
+        // Halves would round away what the average of stored texels is for, and what some tables hold.
         let single = Encoding::fitting(Repr::F32, channels).filter(|e| format.encodings(Shape::Table).contains(e));
-        let given = given.or(single.filter(|_| albedo.is_some()));
+        let needs_single = albedo.is_some() || (facts.table.usual().single && of_preset.is_none());
+        let given = given.or(single.filter(|_| needs_single));
         let encoding = choice.encoding(format, shape, channels, given, of_preset)?;
         let storage = self.storage.of(format, encoding)?;
         if let Some(preset) = preset {
@@ -277,9 +279,10 @@ impl BakePlan {
         console.overrides(&choice);
         let output = Output::prepare(&path)?;
 
-        // A weighted sum of texels is no work for a device.
+        // A weighted sum of texels is no work for a device, and some tables have no kernel.
         let backend = match &albedo {
             Some(_) => &Backend::Cpu,
+            None if facts.table.usual().on_processor => device.processor(facts.table.facts().name)?,
             None => device.backend()?,
         };
         let mut texture = match &albedo {

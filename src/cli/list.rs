@@ -43,6 +43,7 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
                 let facts = t.facts();
                 let mut channels: Vec<_> = (facts.channels)(&facts.fresnel).iter().map(|c| c.name).collect();
                 channels.extend(facts.complement.map(|c| c.name));
+                channels.extend(t.derived().iter().map(|d| d.channel.name));
                 if facts.axes == [Coordinate::NDotV, Coordinate::Roughness] {
                     channels.extend(COMPANIONS.iter().map(|c| c.channel.name));
                 }

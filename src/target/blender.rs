@@ -53,7 +53,7 @@ pub(super) static TARGET: Target = Target {
     name: "blender",
     about: [
         "EXR picture of 2048x1024 for a world's environment texture",
-        "Tables as C: EEVEE's brdf_ggx (split-sum); Cycles' ggx_E, ggx_Eavg, ggx_glass_*, ggx_gen_schlick_*, by name",
+        "Tables as C: EEVEE's brdf_ggx (split-sum), ltc_mat_ggx, ltc_mag_ggx; Cycles' ggx_E, ggx_Eavg, ggx_glass_*, ggx_gen_schlick_*, by name",
     ],
     source: "Blender: Cycles scene/shader.tables, app/cycles_precompute.cpp; EEVEE eevee_lut",
     tables: &[
@@ -84,6 +84,21 @@ vec2 split_sum = texture(utility_tx, uv * 63.0 / 64.0 + 0.5 / 64.0).rg;",
             channels: &["average"],
             snippet: "// {file}: lookup_table_read(roughness, offset, 32)",
             ..CYCLES
+        },
+        TablePreset {
+            stem: "ltc_mat_ggx",
+            extension: "h",
+            encoding: "rgba32f",
+            snippet: "// {file}: EEVEE's utility texture, layer of the matrix",
+            ..TablePreset::LTC
+        },
+        TablePreset {
+            channels: &["magnitude", "fresnel"],
+            stem: "ltc_mag_ggx",
+            extension: "h",
+            encoding: "rg32f",
+            snippet: "// {file}: EEVEE's utility texture, layer of the magnitude",
+            ..TablePreset::LTC_MAGNITUDE
         },
         CYCLES_GLASS,
         CYCLES_GLASS_AVERAGE,

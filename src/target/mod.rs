@@ -94,6 +94,26 @@ impl TablePreset {
         encoding: "rg16f",
         snippet: "",
     };
+
+    /// The matrix of linearly transformed cosines as it was published.
+    const LTC: TablePreset = TablePreset {
+        table: "ltc",
+        size: (64, 64),
+        axes: &[Warp::Roughness, Warp::SqrtOneMinusNDotV],
+        points: Points::Edges,
+        channels: &["m00", "m20", "m02", "m22"],
+        stem: "ltc_1",
+        encoding: "rgba16f",
+        ..TablePreset::SPLIT_SUM
+    };
+
+    /// What belongs to it.
+    const LTC_MAGNITUDE: TablePreset = TablePreset {
+        table: "ltc-magnitude",
+        channels: &["magnitude", "fresnel", "unused", "sphere"],
+        stem: "ltc_2",
+        ..TablePreset::LTC
+    };
 }
 
 /// How an engine wants an environment.

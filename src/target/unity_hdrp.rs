@@ -39,10 +39,21 @@ pub(super) static TARGET: Target = Target {
     name: "unity-hdrp",
     about: [
         "DDS cube of 256 half floats whose mips 0 to 6 hold the roughness that the pipeline's shaders look up",
-        "64x64 tables: bias, scale + bias and Disney's diffuse term; the same of sheen with fabric's. Not Marschner's of hair",
+        "64x64 tables: bias, scale + bias and Disney's diffuse term; the same of sheen with fabric's; ltc_ggx. Not Marschner's of hair",
     ],
-    source: "Unity Graphics: ImageBasedLighting.hlsl, PreIntegratedFGD.hlsl, preIntegratedFGD_GGXDisneyDiffuse.shader, preIntegratedFGD_CharlieFabricLambert.shader, BSDF.hlsl",
-    tables: &[FGD, FGD_FABRIC],
+    source: "Unity Graphics: ImageBasedLighting.hlsl, PreIntegratedFGD.hlsl, preIntegratedFGD_GGXDisneyDiffuse.shader, preIntegratedFGD_CharlieFabricLambert.shader, BSDF.hlsl, LTCAreaLight.hlsl",
+    tables: &[
+        FGD,
+        FGD_FABRIC,
+        TablePreset {
+            channels: &["m00/m22", "m20/m22", "m11/m22", "m02/m22"],
+            stem: "ltc_ggx",
+            extension: "dds",
+            snippet: "// {file}: half floats of slice LTCLightingModel.GGX of _LtcData, in the place of s_LtcMatrixData_BRDF_GGX
+// SampleLtcMatrix(perceptualRoughness, clampedNdotV, LTCLIGHTINGMODEL_GGX) reads it; magnitude and Fresnel are its FGD table's",
+            ..TablePreset::LTC
+        },
+    ],
     environment: Some(EnvironmentPreset {
         mips: Mips::AtMost(7),
         law: RoughnessLaw::Unity,

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::law::Law;
-use crate::bake::{At, TableJob};
+use crate::bake::{At, TableJob, TexelLaw, Values};
 use crate::error::Result;
 use crate::format::{Encoding, Repr, Steps};
 use crate::progress::{OnProgress, tick};
@@ -140,7 +140,7 @@ pub fn check(
 
     let (mut failures, mut obeyed) = (vec![], vec![]);
     let mut bound = f64::INFINITY;
-    for (kind, by, list) in [("twin", "the same rule in f64", &twin), ("truth", "adaptive f64 integration", &truth)] {
+    for (kind, by, list) in [("twin", "the same rule in f64", &twin), ("truth", job.table.truth_name(), &truth)] {
         let before = failures.len();
         if list.is_empty() {
             failures.push(format!("no texel was compared with the {kind}"));
@@ -186,6 +186,12 @@ pub fn check(
         }
         let statement = format!("{} texels agree with the {kind} ({by}) within their bounds", list.len());
         obeyed.push(Law::new(statement, &failures[before..]));
+    }
+    if let Some(law) = job.table.law().filter(|_| job.own_channels().is_some()) {
+        tick(on, "verify: texels", 0.0)?;
+        let failure = broken(job, law, &sampled(4), texture, stored);
+        obeyed.push(Law::new(format!("each of {} texels {}", sampled(4).len(), law.statement), failure.as_slice()));
+        failures.extend(failure);
     }
     for (statement, failure) in laws(job, texture, stored) {
         obeyed.push(Law::new(statement, failure.as_slice()));
@@ -304,6 +310,30 @@ fn laws(job: &TableJob, texture: &Texture, stored: Option<Steps>) -> Vec<(String
         Some(format!("{} texels break a law; the first, ({x}, {y}): {what}", 1 + broken.count()))
     };
     checks.into_iter().map(|(statement, check)| (statement, broken(&check))).collect()
+}
+
+/// What is wrong by a law of texels, if anything is.
+fn broken(
+    job: &TableJob,
+    law: &TexelLaw,
+    texels: &[[u32; 2]],
+    texture: &Texture,
+    stored: Option<Steps>,
+) -> Option<String> {
+    let places = job.own_channels()?;
+    let of_texel = |&[x, y]: &[u32; 2]| {
+        let texel = texture.texel(0, 0, x, y);
+        let (mut found, mut rounding) = (Values::default(), Values::default());
+        for (own, place) in places.iter().enumerate() {
+            found[own] = f64::from(texel[*place]);
+            rounding[own] = stored.unwrap_or(SINGLE.into()).half_ulp_at(found[own], found[own].abs());
+        }
+        (law.broken)(&job.model, job.at(x, y), &found, &rounding).map(|what| (what, x, y))
+    };
+    let mut wrong: Vec<_> = texels.par_iter().filter_map(of_texel).collect();
+    let count = wrong.len();
+    let (what, x, y) = wrong.drain(..).next()?;
+    Some(format!("{count} of {} texels break a law; the first, ({x}, {y}): {what}", texels.len()))
 }
 
 /// Indices of up to `n` samples of an axis, both ends and their neighbours included.
