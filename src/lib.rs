@@ -27,7 +27,7 @@
 //! - A [`bake::Backend`] is a Vulkan device or the processor; a [`texture::Texture`] travels between all modules; a
 //!   [`format::Format`] writes and reads it.
 //! - What comes out can be looked at: [`plot`] draws curves and tables, [`spheres`] a grid of spheres under an environment,
-//!   by the baked maps or by an integral of the same BRDF; [`env::sky`] is an environment without a file.
+//!   by the baked maps or by an integral of the same BRDF, [`view`] puts them on a page for browsers; [`env::sky`] is an environment without a file.
 //!
 //! # Conventions
 //! The normal is +Z; `v`, `l`, `h` are unit vectors that point away from the surface. `roughness` is perceptual, in
@@ -57,6 +57,7 @@ pub mod target;
 pub mod term;
 pub mod texture;
 pub mod verify;
+pub mod view;
 
 pub use error::{Error, Result};
 

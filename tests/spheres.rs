@@ -19,8 +19,8 @@ use brdf_baker::term::cube::direction;
 use rayon::prelude::*;
 
 const METHODS: [Method; 2] = [Method::SplitSum, Method::Reference];
-const GOLD: Sphere = Sphere { base: [1.0, 0.78, 0.34], metallic: 1.0, roughness: 0.0, f0: 0.04 };
-const WHITE: Sphere = Sphere { base: [1.0; 3], metallic: 0.0, roughness: 0.5, f0: 0.04 };
+const GOLD: Sphere = Sphere { base: [1.0, 0.78, 0.34], metallic: 1.0, roughness: 0.0, f0: 0.04, edge: [0.0; 3] };
+const WHITE: Sphere = Sphere { base: [1.0; 3], metallic: 0.0, roughness: 0.5, f0: 0.04, edge: [0.0; 3] };
 const AXES: [Option<Property>; 2] = [Some(Property::Metallic), Some(Property::Roughness)];
 
 fn model(visibility: &str) -> Model {

@@ -31,12 +31,14 @@ vec3 shade(Surface s) {
 
     vec3 scale_light = vec3(0.0);
     vec3 bias_light = vec3(0.0);
+    vec3 f82_light = vec3(0.0);
     if (s.node_count == 0u) {
         float g = n_dot_v * g_over_n_dot_v(Directions(n_dot_v, n_dot_v, 1.0, n_dot_v, n_dot_v, n_dot_v, 0.0));
         float schlick = schlick_weight(1.0 - n_dot_v);
         vec3 light = g * lookup(scene.source_level, 2.0 * s.n.z * s.n - vec3(0.0, 0.0, 1.0));
         scale_light = (1.0 - schlick) * light;
         bias_light = schlick * light;
+        f82_light = n_dot_v * (1.0 - n_dot_v) * schlick * light;
     } else {
         load_row(ROW * (s.first_node >> 24u));
         uint first = s.first_node & 0xffffffu;
@@ -56,8 +58,9 @@ vec3 shade(Surface s) {
                 vec3 light = f * source(l, node.w + 0.5 * log2(v_dot_h));
                 scale_light += (1.0 - schlick) * light;
                 bias_light += schlick * light;
+                f82_light += v_dot_h * (1.0 - v_dot_h) * schlick * light;
             }
         }
     }
-    return leaving(s, scale_light, bias_light, lookup(scene.diffuse_level, s.n));
+    return leaving(s, scale_light, bias_light, f82_light, lookup(scene.diffuse_level, s.n));
 }

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::shade::Shade;
 use super::{Method, Picture};
+use crate::axis::Warp;
 use crate::bake::slices::next_slice;
 use crate::error::Result;
 use crate::gpu::{Gpu, MAX_GROUPS};
@@ -30,11 +31,15 @@ struct Block {
     source_levels: u32,
     table_width: u32,
     table_height: u32,
-    table_map: [[f32; 2]; 2],
+    table_place: [[f32; 2]; 2],
+    table_warps: [u32; 2],
     compensate: u32,
     background: f32,
     map_width: u32,
     map_height: u32,
+    /// Rows, up to the next multiple of 16 bytes first.
+    filling: [u32; 2],
+    frame: [[f32; 4]; 3],
 }
 
 /// The shader's push constants.
@@ -58,7 +63,7 @@ impl Shade<'_> {
             first_of.push(nodes.len() as u32);
             nodes.extend(of_row.iter().map(packed));
         }
-        let spheres: Vec<[u32; 8]> = scene
+        let spheres: Vec<[u32; 12]> = scene
             .spheres
             .iter()
             .zip(&lighting.of_sphere)
@@ -70,7 +75,8 @@ impl Shade<'_> {
                     Some(row) => (first_of[*row] + ((*row as u32) << 24), lighting.rows[*row].1.len() as u32),
                     None => (0, 0),
                 };
-                [r, g, b, metallic, roughness, f0, first, count]
+                let [red, green, blue] = s.edge.map(|v| (v as f32).to_bits());
+                [r, g, b, metallic, roughness, f0, first, count, red, green, blue, 0]
             })
             .collect();
         let levels: Vec<[u32; 4]> =
@@ -86,13 +92,19 @@ impl Shade<'_> {
             diffuse_level: maps.diffuse_level(self.method),
             source_level: maps.source_level,
             source_levels: maps.source_levels(),
-            table_width: maps.table_size.0,
-            table_height: maps.table_size.1,
-            table_map: maps.table_map().map(|(scale, shift)| [scale as f32, shift as f32]),
+            table_width: maps.table.width,
+            table_height: maps.table.height,
+            table_place: maps.table.place.map(|(scale, shift)| [scale as f32, shift as f32]),
+            table_warps: maps
+                .table
+                .warps
+                .map(|warp| Warp::ALL.iter().position(|w| *w == warp).expect("every warp is one of them") as u32),
             compensate: u32::from(self.compensate),
             background: self.background.unwrap_or(-1.0),
             map_width: self.pictures.width,
             map_height: self.pictures.height,
+            filling: [0; 2],
+            frame: self.frame.rows().map(|[x, y, z]| [x as f32, y as f32, z as f32, 0.0]),
         };
         // A buffer is never empty.
         let pictures = if self.pictures.width > 0 { &self.pictures.texels[..] } else { &[[[0.0; 4]; 2]][..] };
@@ -104,7 +116,7 @@ impl Shade<'_> {
             gpu.upload("spheres", &spheres)?,
             gpu.upload("texels", &maps.levels.texels)?,
             gpu.upload("levels", &levels)?,
-            gpu.upload("table", &maps.table)?,
+            gpu.upload("table", &maps.table.texels)?,
             gpu.upload("pictures", pictures)?,
             result,
             gpu.upload("order", &order)?,

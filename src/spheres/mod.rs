@@ -1,7 +1,7 @@
 //! The preview: spheres under an environment, shaded with baked maps as engines do, and by an integral of the same BRDF.
 //!
-//! **Split sum.** `prefiltered(r, roughness) · (F0 · scale + bias)` with F0 = mix(0.04, base colour, metallic), and the
-//! irradiance over π times the base colour of what is not metal, less what the dielectric's surface reflects
+//! **Split sum.** `prefiltered(r, roughness) · (F0 · scale + bias)` with F0 = mix(0.04, base colour, metallic), less the F82
+//! tint of a named metal's edge ([`Sphere::edge`]), and the irradiance over π times the base colour of what is not metal, less what the dielectric's surface reflects
 //! ([`crate::term::surface`]). Compensation for multiple scattering multiplies the specular part (Turquin 2019).
 //!
 //! **Reference.** ∫ f(l, v) L(l) (n·l) dω_l by a lattice of half vectors ([`nodes`]) over the environment that the maps were
@@ -17,7 +17,7 @@
 //! // White spheres in a white room, with compensation: nothing is to be seen.
 //! let (model, room) = (Model::parse("ggx", "smith")?, furnace());
 //! let maps = Maps::new(Some(&(&room).into()), Given::default(), &model, 16, &Backend::Cpu, &mut ignore)?;
-//! let white = Sphere { base: [1.0; 3], metallic: 0.0, roughness: 0.0, f0: 0.04 };
+//! let white = Sphere { base: [1.0; 3], metallic: 0.0, roughness: 0.0, f0: 0.04, edge: [0.0; 3] };
 //! let axes = [Some(Property::Metallic), Some(Property::Roughness)];
 //! let scene = Scene::grid((48, 48), [3, 3], axes, white)?;
 //! let preview = Preview { compensate: true, ..Preview::new(scene, model) };
@@ -27,21 +27,26 @@
 //! ```
 
 mod gpu;
-mod maps;
+mod lut;
+pub(crate) mod maps;
 pub mod nodes;
+mod parts;
 mod picture;
 mod pictures;
 mod scene;
 mod shade;
 
-pub use maps::{Given, Maps, SIZE, furnace, kernel};
+pub use lut::Lut;
+pub use maps::{Given, Maps, SIZE, first_level, furnace, kernel, upright};
 pub use picture::{Difference, Picture, Tone};
 pub use pictures::{Files, Pictures};
+pub(crate) use scene::PARTS;
 pub use scene::{MAX_SIZE, MAX_SPHERES, Property, RADIUS, Scene, Seen, Sphere};
 
 use rayon::prelude::*;
 
 use crate::bake::{Backend, Model};
+use crate::env::Frame;
 use crate::error::{Error, Result};
 use crate::progress::{OnProgress, tick};
 use crate::rule::h_split::Row;
@@ -72,6 +77,8 @@ pub struct Preview {
     pub half_vectors: u32,
     /// Textures.
     pub pictures: Pictures,
+    /// How the environment is turned before the viewer, who looks along −Z: from the viewer's directions to the maps'.
+    pub frame: Frame,
 }
 
 /// Where the reference looks.
@@ -97,6 +104,7 @@ impl Preview {
             background: None,
             half_vectors: HALF_VECTORS,
             pictures: Pictures::default(),
+            frame: Frame::IDENTITY,
         }
     }
 
@@ -120,6 +128,10 @@ impl Preview {
     /// Draws.
     pub fn render(&self, method: Method, maps: &Maps, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Picture> {
         self.check(method)?;
+        if !maps.table.tinted && self.scene.spheres.iter().any(|s| s.edge != [0.0; 3]) {
+            let what = "the edge of a named metal is tinted, and the table has no f82 for it";
+            return Err(Error::usage(what, "bake it with --channels scale,bias,f82, or give the metal's --base-color"));
+        }
         let lighting = match method {
             Method::SplitSum => Lighting { rows: vec![], of_sphere: vec![None; self.scene.spheres.len()] },
             Method::Reference => self.lighting(maps),
@@ -132,6 +144,7 @@ impl Preview {
             lighting: &lighting,
             compensate: self.compensate,
             background: self.background,
+            frame: self.frame,
             method,
         };
         let picture = match backend {
