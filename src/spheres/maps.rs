@@ -21,8 +21,8 @@ const LAST: u32 = 8;
 /// Texels along a side of the cube that is baked, unless told otherwise.
 pub const SIZE: u32 = 256;
 
-/// A face of every level of a cube, with a border of one texel that repeats its neighbours: bilinear reading then has no
-/// seams.
+/// A face of every level of a cube, with a border of one texel that repeats its neighbours, and in the cube's corners, where
+/// three faces meet, the mean of their texels there, as GPUs take it: bilinear reading then has no seams.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Levels {
     /// Red, green, blue and nothing.
@@ -36,18 +36,28 @@ impl Levels {
     fn push(&mut self, size: u32, texels: &[[f32; 3]], roughness: f64) {
         self.levels.push((self.texels.len() as u32, size, roughness as f32));
         let (n, last) = (f64::from(size), f64::from(size - 1));
+        let inside = 1..=size;
+        // The middle of a texel of the border lies beyond the edge; there is another texel really.
+        let centre = |i: u32| (2.0 * f64::from(i) - 1.0) / n - 1.0;
+        let at = |face: u32, x: u32, y: u32| {
+            let (s, t) = (centre(x), centre(y));
+            let (face, s, t) = match inside.contains(&x) && inside.contains(&y) {
+                true => (face, s, t),
+                false => locate(direction(face, s, t)),
+            };
+            let nearest = |c: f64| (0.5 * (c + 1.0) * n).floor().clamp(0.0, last) as u32;
+            texels[((face * size + nearest(t)) * size + nearest(s)) as usize]
+        };
         for face in 0..6 {
             for y in 0..size + 2 {
                 for x in 0..size + 2 {
-                    // Where the middle of a texel beyond the edge lies, and the texel that is really there.
-                    let centre = |i: u32| (2.0 * f64::from(i) - 1.0) / n - 1.0;
-                    let (face, s, t) = if (1..=size).contains(&x) && (1..=size).contains(&y) {
-                        (face, centre(x), centre(y))
+                    let [r, g, b] = if inside.contains(&x) || inside.contains(&y) {
+                        at(face, x, y)
                     } else {
-                        locate(direction(face, centre(x), centre(y)))
+                        let (within_x, within_y) = (x.clamp(1, size), y.clamp(1, size));
+                        let three = [at(face, within_x, within_y), at(face, x, within_y), at(face, within_x, y)];
+                        [0, 1, 2].map(|c| three.iter().map(|texel| texel[c]).sum::<f32>() / 3.0)
                     };
-                    let nearest = |c: f64| (0.5 * (c + 1.0) * n).floor().clamp(0.0, last) as u32;
-                    let [r, g, b] = texels[((face * size + nearest(t)) * size + nearest(s)) as usize];
                     self.texels.push([r, g, b, 0.0]);
                 }
             }

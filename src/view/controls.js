@@ -2,6 +2,12 @@ const START = {
     light: "0", diffuse: "", table: "0", rotate: 0, tilt: 0, layout: "grid", metallic: 1, roughness: 0.3,
     material: "", colour: "#e7cca0", compensate: false, ev: 0, tone: "aces", background: "env",
 };
+/// What an environment brings with it.
+const lit = light => ({
+    diffuse: light.baked_diffuse === null ? "" : String(light.baked_diffuse),
+    tone: light.white ? "clip" : "aces",
+});
+Object.assign(START, lit(data.lights[0]));
 /// What the user has chosen.
 const state = { ...START };
 /// Spheres along a side of the grid.
@@ -105,16 +111,6 @@ function controls(changed) {
     }
 
     const names = list => list.map((entry, i) => [String(i), entry.name]);
-    // What an environment brings with it.
-    const lit = value => {
-        const light = data.lights[Number(value)];
-        state.diffuse = light.baked_diffuse === null ? "" : String(light.baked_diffuse);
-        state.tone = light.white ? "clip" : "aces";
-    };
-    lit(state.light);
-    START.diffuse = state.diffuse;
-    START.tone = state.tone;
-
     const colour = element("input", { type: "color", id: "colour" });
     colour.addEventListener("input", () => set("colour", colour.value));
     shows.push(() => {
@@ -138,11 +134,11 @@ function controls(changed) {
     shows.push(() => one.forEach(part => { part.querySelector("input").disabled = state.layout !== "one"; }));
     const form = element("form", { class: "controls", "aria-label": "What is drawn" },
         group("Light",
-            choice("light", "Environment", [[null, names(data.lights)]], lit),
+            choice("light", "Environment", [[null, names(data.lights)]], value => Object.assign(state, lit(data.lights[Number(value)]))),
             choice("diffuse", "Diffuse", [[null, [["", "integrated over it"], ...names(data.diffuses)]]]),
             slider("rotate", "Turned", [-180, 180, 0.5], degrees), slider("tilt", "Looking up", [-90, 90, 0.5], degrees)),
         group("Spheres",
-            choice("layout", "Show", [[null, [["grid", `${GRID} × ${GRID}: metallic, roughness`], ["one", "one sphere"]]]]), ...one,
+            choice("layout", "Show", [[null, [["grid", `${GRID} × ${GRID}`], ["one", "one sphere"]]]]), ...one,
             choice("material", "Material", [[null, [["", "base colour"]]], ["metals", data.metals.map(m => [m.name, m.name])],
                 ["dielectrics", data.dielectrics.map(d => [d.name, d.name])]]),
             row("colour", "Base colour", colour)),
@@ -153,7 +149,7 @@ function controls(changed) {
             slider("ev", "Exposure", [-8, 8, 0.25], value => `${signed(value, 2)} EV`),
             choice("tone", "Tone curve", [[null, [["aces", "ACES"], ["clip", "none"]]]]),
             choice("background", "Background", [[null, [["env", "environment"], ["grey", "grey"], ["black", "black"]]]]),
-            element("div", { class: "row" }, reset)));
+            element("p", {}, reset)));
     form.addEventListener("submit", event => event.preventDefault());
     show();
     return { form, set };

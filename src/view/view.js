@@ -5,15 +5,16 @@ const KEY_EV = 0.5;
 function files() {
     const list = [
         ...data.lights.map(light => [light, "environment", `${light.specular.size} × ${light.specular.size} a face, ` +
-            `${light.specular.levels} mips, filtered with ${light.kernel}, roughness law ${light.law}` +
+            `${light.specular.levels === 1 ? "1 level" : `${light.specular.levels} mips`}, filtered with ${light.kernel}, roughness law ${light.law}` +
             (light.specular.scale > 1 ? `; stored over ${light.specular.scale}, so that its sun fits half floats` : "")]),
         ...data.diffuses.map(diffuse => [diffuse, "irradiance", `${diffuse.map.size} × ${diffuse.map.size} a face`]),
         ...data.tables.map(table => [table, "table", `${table.size.join(" × ")}, x ${table.position[0]}, y ${table.position[1]}`]),
     ];
-    const rows = list.map(([entry, kind, words]) => [entry.name, kind, element("span", {}, words,
-        entry.facts.length ? said("Everything that the file says of itself", entry.facts) : null)]);
+    const file = ([entry, kind, words]) => element("div", { class: "file" }, element("b", {}, entry.name), ` ${kind}`,
+        element("div", { class: "note" }, words),
+        entry.facts.length ? said("Everything that the file says of itself", entry.facts) : null);
     const megabytes = (document.documentElement.innerHTML.length / 1e6).toFixed(1);
-    return section("What it is drawn from", tableOf(["", "holds", ""], rows),
+    return section("What it is drawn from", element("div", { class: "columns" }, list.map(file)),
         element("p", { class: "note below" }, `Texels are half floats here, filtered by the GPU. This page has ${megabytes} MB and ` +
             "needs no network."));
 }
@@ -36,7 +37,7 @@ function viewPage() {
         return;
     }
 
-    const probe = element("p", { class: "note", id: "probe" });
+    const probe = element("span", { id: "probe" });
     const warning = element("p", { class: "note unsure", id: "warning", role: "status" });
     const line = element("pre", { id: "command", tabindex: "0" });
     let waiting = false;
@@ -57,7 +58,11 @@ function viewPage() {
     const frame = element("div", { class: "frame" }, canvas);
     new ResizeObserver(() => {
         const ratio = Math.min(window.devicePixelRatio, 2);
-        const [width, height] = [frame.clientWidth, frame.clientHeight].map(side => Math.max(Math.floor(side), 1));
+        const box = frame.getBoundingClientRect();
+        const [left, top] = [box.left + window.scrollX, box.top + window.scrollY].map(at => Math.ceil(at) - at);
+        const [width, height] = [box.width - left, box.height - top].map(side => Math.max(Math.floor(side), 1));
+        canvas.style.left = `${left}px`;
+        canvas.style.top = `${top}px`;
         canvas.style.width = `${width}px`;
         canvas.style.height = `${height}px`;
         [canvas.width, canvas.height] = [width, height].map(side => Math.round(side * ratio));
@@ -108,16 +113,17 @@ function viewPage() {
         const row = Math.floor((y - 0.5 * box.height) / tile + 0.5 * rows);
         const inside = column >= 0 && row >= 0 && column < columns && row < rows;
         return inside
-            ? `metallic ${(span[0] + span[1] * column).toFixed(2)}, roughness ${(span[2] + span[3] * row).toFixed(2)}`
-            : "Point at a sphere to read what it is made of.";
+            ? `Here: metallic ${(span[0] + span[1] * column).toFixed(2)}, roughness ${(span[2] + span[3] * row).toFixed(2)}.`
+            : "";
     }
     probe.textContent = told(-1e9, 0, { width: 1, height: 1 });
 
     page.append(title,
         element("div", { class: "stage" },
             element("section", { class: "picture" }, frame,
+                element("p", { class: "note" }, `In the grid metallic runs to the right and roughness downwards, from 0 to 1. `, probe),
                 element("p", { class: "note", id: "keys" }, "Drag to look around. Keys: arrows turn, + and − expose, Home looks ahead."),
-                probe, warning),
+                warning),
             element("section", {}, form)),
         section("The same from the command line", line,
             element("p", { class: "note below" }, "In place of the GPU's filtering it reads single floats between texels; with --reference it " +
