@@ -30,6 +30,7 @@ layout(std430, set = 0, binding = 0) readonly buffer Scene {
     float background;    // radiance behind the spheres; below 0 the environment
     uint map_width;      // of the pictures on the spheres; 0 for none
     uint map_height;
+    uint lobes;          // of the reference, where a texture varies the roughness; else 0
     vec4 frame[3];       // rows of the matrix from the viewer's directions to the maps'
 } scene;
 // Three a sphere, floats by their bits: base colour and metallic | roughness, F0 as a dielectric, first node and 2^24 times

@@ -37,8 +37,9 @@ struct Block {
     background: f32,
     map_width: u32,
     map_height: u32,
-    /// Rows, up to the next multiple of 16 bytes first.
-    filling: [u32; 2],
+    lobes: u32,
+    /// Up to the next multiple of 16 bytes.
+    filling: u32,
     frame: [[f32; 4]; 3],
 }
 
@@ -63,6 +64,10 @@ impl Shade<'_> {
             first_of.push(nodes.len() as u32);
             nodes.extend(of_row.iter().map(packed));
         }
+        let lobe = |row: &Option<usize>| match row {
+            Some(row) => [first_of[*row] + ((*row as u32) << 24), lighting.rows[*row].1.len() as u32],
+            None => [0; 2],
+        };
         let spheres: Vec<[u32; 12]> = scene
             .spheres
             .iter()
@@ -71,10 +76,7 @@ impl Shade<'_> {
                 let [r, g, b] = s.base;
                 let [r, g, b, metallic, roughness, f0] =
                     [r, g, b, s.metallic, s.roughness, s.f0].map(|v| (v as f32).to_bits());
-                let (first, count) = match row {
-                    Some(row) => (first_of[*row] + ((*row as u32) << 24), lighting.rows[*row].1.len() as u32),
-                    None => (0, 0),
-                };
+                let [first, count] = lobe(row);
                 let [red, green, blue] = s.edge.map(|v| (v as f32).to_bits());
                 [r, g, b, metallic, roughness, f0, first, count, red, green, blue, 0]
             })
@@ -103,7 +105,8 @@ impl Shade<'_> {
             background: self.background.unwrap_or(-1.0),
             map_width: self.pictures.width,
             map_height: self.pictures.height,
-            filling: [0; 2],
+            lobes: lighting.lobes.len() as u32,
+            filling: 0,
             frame: self.frame.rows().map(|[x, y, z]| [x as f32, y as f32, z as f32, 0.0]),
         };
         // A buffer is never empty.
@@ -128,6 +131,9 @@ impl Shade<'_> {
                 rows.resize(rows.len().max(1), [0.0; crate::rule::h_split::ROW_LEN]);
                 buffers.push(gpu.upload("nodes", &nodes)?);
                 buffers.push(gpu.upload("rows", rows.as_flattened())?);
+                let mut lobes: Vec<[u32; 2]> = lighting.lobes.iter().map(lobe).collect();
+                lobes.resize(lobes.len().max(1), [0; 2]);
+                buffers.push(gpu.upload("lobes", &lobes)?);
                 (format!("spheres/reference+{}", self.visibility.file), "reference")
             }
         };

@@ -279,3 +279,20 @@ fn halved(cube: &CubeMap) -> CubeMap {
 pub fn furnace() -> CubeMap {
     CubeMap::from_fn(16, |_| [1.0; 3])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn borders_are_the_neighbours_and_corners_their_mean() {
+        // Face f holds f everywhere.
+        let texels: Vec<[f32; 3]> = (0..6 * 4).map(|i| [(i / 4) as f32; 3]).collect();
+        let mut levels = Levels::default();
+        levels.push(2, &texels, 0.0);
+        let at = |face: u32, x: u32, y: u32| levels.texels[((face * 4 + y) * 4 + x) as usize][0];
+        // +Z has −X to the left, +X to the right, +Y above.
+        assert_eq!([at(4, 1, 1), at(4, 0, 1), at(4, 3, 2), at(4, 1, 0)], [4.0, 1.0, 0.0, 2.0]);
+        assert_eq!([at(4, 0, 0), at(4, 3, 3)], [(4.0 + 1.0 + 2.0) / 3.0, (4.0 + 0.0 + 3.0) / 3.0]);
+    }
+}

@@ -87,7 +87,13 @@ struct Lighting {
     rows: Vec<(Row, Vec<Node>)>,
     /// Which of them a sphere has; `None` for a mirror.
     of_sphere: Vec<Option<usize>>,
+    /// Which of them evenly spaced roughnesses from 0 to 1 have, where a texture varies the roughness: a point lies between
+    /// two.
+    lobes: Vec<Option<usize>>,
 }
+
+/// Roughnesses that a texture's are interpolated between.
+const LOBES: usize = 65;
 
 /// Half vectors a pixel of the reference, unless told otherwise: [`Preview::half_vectors`].
 pub const HALF_VECTORS: u32 = 4096;
@@ -118,10 +124,6 @@ impl Preview {
             let what = format!("a pixel cannot be looked at along {} half vectors", self.half_vectors);
             return Err(Error::usage(what, format!("use --samples up to {MAX_HALF_VECTORS}")));
         }
-        if method == Method::Reference && self.pictures.vary_roughness {
-            let what = "the reference integrates one roughness a sphere, so it does not go with a texture of roughness";
-            return Err(Error::usage(what, "leave --reference and --compare out, or give --roughness a number"));
-        }
         Ok(())
     }
 
@@ -133,7 +135,9 @@ impl Preview {
             return Err(Error::usage(what, "bake it with --channels scale,bias,f82, or give the metal's --base-color"));
         }
         let lighting = match method {
-            Method::SplitSum => Lighting { rows: vec![], of_sphere: vec![None; self.scene.spheres.len()] },
+            Method::SplitSum => {
+                Lighting { rows: vec![], of_sphere: vec![None; self.scene.spheres.len()], lobes: vec![] }
+            }
             Method::Reference => self.lighting(maps),
         };
         let shade = Shade {
@@ -174,6 +178,9 @@ impl Preview {
     }
 
     fn lighting(&self, maps: &Maps) -> Lighting {
+        if self.pictures.vary_roughness {
+            return self.lighting_of_textures(maps);
+        }
         let texel_sr = maps.texel_sr();
         let (mut rows, mut known, mut of_sphere) = (vec![], Vec::<f64>::new(), vec![]);
         for sphere in &self.scene.spheres {
@@ -190,6 +197,22 @@ impl Preview {
             });
             of_sphere.push(Some(found));
         }
-        Lighting { rows, of_sphere }
+        Lighting { rows, of_sphere, lobes: vec![] }
+    }
+
+    /// A point is shaded by two lobes next to its roughness, each with half of the half vectors. The widths of neighbours
+    /// differ by less than the filtered environment's mips do.
+    fn lighting_of_textures(&self, maps: &Maps) -> Lighting {
+        let (mut rows, mut lobes) = (vec![], vec![]);
+        for i in 0..LOBES {
+            let roughness = i as f64 / (LOBES - 1) as f64;
+            lobes.push(self.model.ndf.lobe(roughness).map(|lobe| {
+                let row = Row::new(&self.model.ndf, self.model.visibility, roughness);
+                let count = self.half_vectors.div_ceil(2);
+                rows.push((row, nodes::half_vectors(&self.model.ndf, &lobe, count, maps.texel_sr())));
+                rows.len() - 1
+            }));
+        }
+        Lighting { rows, of_sphere: vec![Some(0); self.scene.spheres.len()], lobes }
     }
 }

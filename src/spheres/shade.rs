@@ -217,6 +217,16 @@ impl Shade<'_> {
     }
 
     fn reference(&self, s: &Surface) -> [f64; 3] {
+        let lobes = &self.lighting.lobes;
+        if lobes.is_empty() {
+            return self.integral(s, self.lighting.of_sphere[s.sphere]);
+        }
+        let at = s.roughness * (lobes.len() - 1) as f64;
+        let lower = (at as usize).min(lobes.len() - 2);
+        mix3(self.integral(s, lobes[lower]), self.integral(s, lobes[lower + 1]), at - lower as f64)
+    }
+
+    fn integral(&self, s: &Surface, lobe: Option<usize>) -> [f64; 3] {
         let n_dot_v = s.n[2].max(1e-4);
         let other = if s.n[1].abs() < 0.9 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
         let t = crate::env::orientation::normalized(cross(other, s.n));
@@ -231,7 +241,7 @@ impl Shade<'_> {
                 (0..3).for_each(|c| sum[c] += part * light[c]);
             }
         };
-        match &self.lighting.of_sphere[s.sphere] {
+        match lobe {
             None => {
                 let d = Directions {
                     n_dot_l: n_dot_v,
@@ -247,7 +257,7 @@ impl Shade<'_> {
                 add(light.map(|l| g * l), n_dot_v);
             }
             Some(of) => {
-                let (row, nodes) = &self.lighting.rows[*of];
+                let (row, nodes) = &self.lighting.rows[of];
                 let alpha = row.lobe.map_or(0.0, |lobe| lobe.alpha);
                 let sigma_v = row.projected_area(n_dot_v);
                 for node in nodes {
