@@ -275,7 +275,7 @@ fn reference_takes_textures_of_roughness() {
     let path = |name: &str| folder.path().join(name);
     image::GrayImage::from_pixel(4, 4, image::Luma([128])).save(path("even.png")).expect("saved");
     image::GrayImage::from_fn(32, 4, |x, _| image::Luma([8 * x as u8])).save(path("ramp.png")).expect("saved");
-    let sky = sky();
+    let sky = Sky::default().resolve().expect("valid").equirect(64);
     let model = model("smith");
     let maps = maps(&(&sky).into(), &model);
     let draw = |file: Option<&str>, roughness: f64, method: Method, half_vectors: u32, backend: &Backend| {
@@ -287,14 +287,18 @@ fn reference_takes_textures_of_roughness() {
         let preview = Preview { pictures, half_vectors, ..Preview::new(scene, model) };
         preview.render(method, &maps, backend, &mut ignore).expect("drawn")
     };
-    let number = draw(None, 128.0 / 255.0, Method::Reference, 2048, &Backend::Cpu);
-    let texture = draw(Some("even.png"), 1.0, Method::Reference, 4096, &Backend::Cpu);
-    let found = rms(&texture, &number);
-    println!("texture against number: {found:.1e}");
-    assert!(found < 2e-3, "{found}");
+    // At one of the roughnesses that are integrated, and half way to the next.
+    for (roughness, bound) in [(0.5, 1e-6), (0.5078125, 2e-3)] {
+        let number = draw(None, roughness, Method::Reference, 2048, &Backend::Cpu);
+        let texture = draw(Some("even.png"), roughness * 255.0 / 128.0, Method::Reference, 4096, &Backend::Cpu);
+        let found = rms(&texture, &number);
+        println!("texture against number {roughness}: {found:.1e}");
+        assert!(found < bound, "{roughness}: {found}");
+    }
     // The ramp is 0 at the back and next to 1 in front of it: no single roughness.
     let ramp = draw(Some("ramp.png"), 1.0, Method::Reference, 1024, &Backend::Cpu);
-    assert!(rms(&ramp, &number) > 0.1);
+    let number = draw(None, 0.5, Method::Reference, 1024, &Backend::Cpu);
+    assert!(rms(&ramp, &number) > 0.05, "{}", rms(&ramp, &number));
     common::on_gpu(|gpu| {
         let found = rms(&draw(Some("ramp.png"), 1.0, Method::Reference, 1024, gpu), &ramp);
         println!("ramp on the gpu: {found:.1e}");
@@ -376,7 +380,8 @@ fn spheres_keep_their_means() {
     let sky = sky();
     let model = model("smith");
     let maps = maps(&(&sky).into(), &model);
-    let scene = Scene::grid((60, 60), [5, 5], AXES, Sphere { base: [0.8, 0.6, 0.35], ..GOLD }).expect("valid");
+    let scene =
+        Scene::grid((60, 60), [5, 5], AXES, Sphere { base: [0.8, 0.6, 0.35], edge: [0.0; 3], ..GOLD }).expect("valid");
     let preview = Preview { half_vectors: 1024, ..Preview::new(scene.clone(), model) };
     let mut found = String::from("# metallic, roughness: split sum r g b, reference r g b, kcd/m2\n");
     let pictures = METHODS.map(|m| preview.render(m, &maps, &Backend::Cpu, &mut ignore).expect("drawn"));
