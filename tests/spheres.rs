@@ -56,21 +56,22 @@ fn kernels_draw_what_their_twins_draw() {
             let maps = maps(&environment, &model);
             let scene = Scene::grid((48, 32), [3, 3], AXES, GOLD).expect("valid");
             let frame = Frame::new(false, [20.0, -130.0, 0.0]);
-            let preview = Preview { compensate: true, half_vectors: 256, frame, ..Preview::new(scene, model) };
+            let preview = Preview { compensate: true, half_vectors: 256, frame, ..Preview::new(scene.clone(), model) };
             for method in METHODS {
                 let [drawn, twin] =
                     [gpu, &Backend::Cpu].map(|b| preview.render(method, &maps, b, &mut ignore).expect("drawn"));
                 let found = rms(&drawn, &twin);
                 println!("{ndf} {visibility} {method:?}: {found:.1e}");
                 assert!(found < 1e-5, "{ndf} {visibility} {method:?}: {found}");
-                let mut worst: Vec<f64> = drawn
-                    .pixels
-                    .iter()
-                    .zip(&twin.pixels)
-                    .map(|(a, b)| f64::from((a[1] - b[1]).abs() / b[1].max(1e-3)))
-                    .collect();
-                worst.sort_by(f64::total_cmp);
-                assert!(worst[worst.len() / 2] < 1e-6, "median {}", worst[worst.len() / 2]);
+                // Pixel by pixel: the sun outshines everything else in a sum.
+                let inside = |i: &usize| scene.inside(*i as u32 % 48, *i as u32 / 48, 0.0).is_some();
+                let off = |i: usize| {
+                    let (a, b) = (drawn.pixels[i], twin.pixels[i]);
+                    (0..3).map(|c| f64::from((a[c] - b[c]).abs() / b[c].max(1e-3))).fold(0.0, f64::max)
+                };
+                let mut off: Vec<f64> = (0..48 * 32).filter(inside).map(off).collect();
+                off.sort_by(f64::total_cmp);
+                assert!(off.len() > 300 && off[off.len() / 2] < 1e-6, "median {} of {}", off[off.len() / 2], off.len());
             }
         }
     });
