@@ -310,7 +310,8 @@ fn reference_takes_textures_of_roughness() {
 /// Other axes, rows and channels of a table, and other axes of a cube, give the same picture.
 #[test]
 fn conventions_of_files_are_honoured() {
-    let sky = sky();
+    // Without the sun, which would outshine what a texel's shift changes.
+    let sky = Sky::default().resolve().expect("valid").equirect(64);
     let environment: Environment<'_> = (&sky).into();
     let model = model("smith");
     let request = SpecularRequest { size: Some(32), mips: Some(3), ..Default::default() };
@@ -327,7 +328,7 @@ fn conventions_of_files_are_honoured() {
     };
     let list = |names: &[&str]| Some(names.iter().map(|name| name.to_string()).collect::<Vec<_>>());
     let channels = list(&["scale", "bias", "f82"]);
-    let plain = TableRequest { size: (128, 128), channels, ..TableRequest::new("split-sum") };
+    let plain = TableRequest { size: (256, 256), channels, ..TableRequest::new("split-sum") };
     let expected = draw(&cube, &plain, Frame::IDENTITY);
     for (axes, points, flip_v, row_shift) in [
         (["roughness", "n_dot_v"], Points::Edges, true, 0),
@@ -339,7 +340,7 @@ fn conventions_of_files_are_honoured() {
         let request = TableRequest { axes: list(&axes), points, flip_v, row_shift, channels, ..plain.clone() };
         let found = rms(&draw(&cube, &request, Frame::IDENTITY), &expected);
         println!("{axes:?}: {found:.1e}");
-        assert!(found < 3e-3, "{axes:?}: {found}");
+        assert!(found < 6e-4, "{axes:?}: {found}");
     }
     // A quarter of a turn carries texels to texels.
     let turned = Environment { frame: Frame::new(false, [0.0, 90.0, 0.0]), ..environment.borrowed() };

@@ -30,7 +30,7 @@ function sceneOf() {
     const [sinT, cosT] = [Math.sin(state.tilt * Math.PI / 180), Math.cos(state.tilt * Math.PI / 180)];
     return {
         light,
-        diffuse: state.diffuse === "" ? light.diffuse : data.diffuses[Number(state.diffuse)].map,
+        diffuse: { "": light.diffuse, harmonics: light.harmonics }[state.diffuse] ?? data.diffuses[Number(state.diffuse)].map,
         table: data.tables[Number(state.table)],
         grid: grid ? [GRID, GRID] : [1, 1],
         span: grid ? [0, 1 / (GRID - 1), 0, 1 / (GRID - 1)] : [state.metallic, 0, state.roughness, 0],
@@ -52,7 +52,7 @@ function command(width, height) {
     const scene = sceneOf();
     const quoted = word => (/^[\w@%+=:,./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
     const words = ["brdf-baker", "preview", "-o", "spheres.png", ...data.words, ...scene.light.words, ...scene.table.words];
-    if (state.diffuse !== "") words.push(...data.diffuses[Number(state.diffuse)].words);
+    if (/^\d/.test(state.diffuse)) words.push(...data.diffuses[Number(state.diffuse)].words);
     words.push("--size", `${width}x${height}`);
     if (state.layout === "one") {
         words.push("--spheres", "1x1", "--metallic", typed(state.metallic), "--roughness", typed(state.roughness));
@@ -67,11 +67,14 @@ function command(width, height) {
     return words.map(quoted).join(" ");
 }
 
-/// Why the table cannot show the material, in words; null where it can.
-function untinted() {
+/// What the picture lacks, and what the command cannot say; empty where there is nothing.
+function warnings() {
     const { table, edge } = sceneOf();
-    return !table.tinted && edge.some(v => v !== 0)
-        ? `${table.name} has no f82, so the edge of ${state.material} follows Schlick's curve.` : null;
+    const untinted = !table.tinted && edge.some(v => v !== 0);
+    return [
+        untinted ? `${table.name} has no f82, so the edge of ${state.material} follows Schlick's curve; preview refuses the pair.` : "",
+        state.diffuse === "harmonics" ? "Diffuse light by nine harmonics: preview integrates it instead." : "",
+    ].join(" ").trim();
 }
 
 /// The form that changes the state. `changed` is called after every change; `show` puts the state into the form.
@@ -131,11 +134,16 @@ function controls(changed) {
     const share = value => value.toFixed(2);
     const group = (legend, ...rows) => element("fieldset", {}, element("legend", {}, legend), ...rows);
     const one = [slider("metallic", "Metallic", [0, 1, 0.01], share), slider("roughness", "Roughness", [0, 1, 0.01], share)];
+    shows.push(() => {
+        const stated = data.lights[Number(state.light)].harmonics !== null;
+        form.querySelector("#diffuse [value=harmonics]").disabled = !stated;
+    });
     shows.push(() => one.forEach(part => { part.querySelector("input").disabled = state.layout !== "one"; }));
     const form = element("form", { class: "controls", "aria-label": "What is drawn" },
         group("Light",
             choice("light", "Environment", [[null, names(data.lights)]], value => Object.assign(state, lit(data.lights[Number(value)]))),
-            choice("diffuse", "Diffuse", [[null, [["", "integrated over it"], ...names(data.diffuses)]]]),
+            choice("diffuse", "Diffuse",
+                [[null, [["", "integrated over it"], ["harmonics", "its nine harmonics"], ...names(data.diffuses)]]]),
             slider("rotate", "Turned", [-180, 180, 0.5], degrees), slider("tilt", "Looking up", [-90, 90, 0.5], degrees)),
         group("Spheres",
             choice("layout", "Show", [[null, [["grid", `${GRID} × ${GRID}`], ["one", "one sphere"]]]]), ...one,

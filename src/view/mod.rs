@@ -12,14 +12,17 @@ use serde_json::{Value, json};
 
 use crate::axis::Warp;
 use crate::bake::{Backend, Model};
-use crate::env::Environment;
+use crate::env::import::Options;
+use crate::env::orientation::normalized;
+use crate::env::{CubeMap, Environment, Frame};
 use crate::error::{Error, Result};
+use crate::format::harmonics;
 use crate::material::{DIELECTRICS, METALS};
 use crate::progress::OnProgress;
 use crate::report::{fill, pairs};
 use crate::spheres::maps::{cube_job, filtered, first_level, irradiance, split_sum};
 use crate::spheres::{Lut, PARTS, Picture, RADIUS, SIZE};
-use crate::texture::{Meta, Texture};
+use crate::texture::{Meta, Shape, Texture};
 use texels::{cube, table};
 
 const STYLE: [&str; 2] = [include_str!("../report/page.css"), include_str!("view.css")];
@@ -31,6 +34,8 @@ const SCRIPTS: [&str; 4] = [
 ];
 /// The shader without its first lines, which depend on the table.
 const SHADER: [&str; 2] = [include_str!("../../shaders/term/surface.glsl"), include_str!("spheres.frag")];
+/// Texels along a side of the cube that shows nine harmonics: between its texels they are within 1e-3 of their mean.
+const HARMONICS_SIZE: u32 = 32;
 /// Most bytes of a page: beyond, browsers take long to open it, or refuse.
 const MOST_BYTES: usize = 128 << 20;
 
@@ -160,6 +165,7 @@ impl View {
         let job = cube_job(&light.cube)?;
         let roughness: Vec<f64> = (0..job.mips).map(|m| job.alpha(m).sqrt()).collect();
         let mean = first_level(&light.cube).mean();
+        let harmonics = of_harmonics(&light.origin.facts)?;
         let exposure = if light.white { 1.0 } else { Picture::auto_exposure(mean) };
         // The irradiance that was baked from the same input lights it unless another is chosen.
         let input = light.origin.facts.get("input");
@@ -175,6 +181,7 @@ impl View {
             "roughness": roughness,
             "specular": cube(&light.cube)?,
             "diffuse": cube(&light.diffuse)?,
+            "harmonics": harmonics.as_ref().map(cube).transpose()?,
             "baked_diffuse": own,
         }))
     }
@@ -183,6 +190,24 @@ impl View {
     pub fn counts(&self) -> [usize; 3] {
         [self.lights.len(), self.diffuses.len(), self.tables.len()]
     }
+}
+
+/// The irradiance over π of the nine harmonics that a file states, as a cube with the axes of [`crate::term::cube`].
+fn of_harmonics(facts: &Meta) -> Result<Option<Texture>> {
+    let Some(stated) = harmonics::stated(facts)? else { return Ok(None) };
+    // They are in the file's axes.
+    let frame = Frame::IDENTITY.for_file(&Options::from_meta(facts)?.file_axes);
+    let map = CubeMap::from_fn(HARMONICS_SIZE, |d| {
+        harmonics::at(&stated, normalized(frame.from_picture(d))).map(|v| v.max(0.0) as f32)
+    });
+    Ok(Some(Texture {
+        shape: Shape::Cube,
+        width: map.size,
+        height: map.size,
+        channels: ["r", "g", "b"].map(String::from).to_vec(),
+        levels: vec![map.texels.into_flattened()],
+        meta: Meta::default(),
+    }))
 }
 
 fn diffuse(origin: &Origin, map: &Texture) -> Result<Value> {

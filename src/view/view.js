@@ -47,7 +47,7 @@ function viewPage() {
     };
     const changed = () => {
         line.textContent = command(canvas.width, canvas.height);
-        warning.textContent = untinted() ?? "";
+        warning.textContent = warnings();
         if (!waiting) requestAnimationFrame(draw);
         waiting = true;
     };

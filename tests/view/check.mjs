@@ -160,9 +160,16 @@ expect(await page.evaluate("state.rotate === 0 && state.tilt === 0"), "Home does
 // A metal's edge needs a table of it.
 await page.evaluate(`${choose("material", "iron")} ${choose("table", "1")} null`);
 expect((await page.evaluate(`document.getElementById("warning").textContent`)).includes("no f82"), "a missing tint is not said");
-// A GPU that goes and comes back.
 await page.evaluate(`${click("reset")} null`);
 const before = decode(await screenshot());
+// Nine harmonics are nearly the irradiance.
+await page.evaluate(`${choose("diffuse", "harmonics")} null`);
+const nearly = difference(decode(await screenshot()), before, [5, 5]);
+expect(nearly.rms > 0.1 && nearly.rms < 3 && nearly.worst < 6 && nearly.behind === 0, `harmonics: ${JSON.stringify(nearly)}`);
+await page.evaluate(`${choose("light", "2")} null`);
+expect(await page.evaluate(`document.querySelector("#diffuse [value=harmonics]").disabled`), "the white room states no harmonics");
+// A GPU that goes and comes back.
+await page.evaluate(`${click("reset")} null`);
 await page.evaluate(`{ const gl = document.getElementById("spheres").getContext("webgl2").getExtension("WEBGL_lose_context");
   gl.loseContext(); new Promise(done => setTimeout(() => { gl.restoreContext(); setTimeout(() => done(null), 300); }, 100)) }`);
 const after = decode(await screenshot());
