@@ -17,7 +17,7 @@ export DEMO_DIR
 # Expanded only when a recipe runs, after setup has decided how to get shaderc.
 CARGO_FLAGS = --locked $(shell sh scripts/setup.sh --cargo-flags)
 
-.PHONY: help setup build demo test test-readers test-report test-engines test-farm test-package spirv package bench clean-demo
+.PHONY: help setup build demo test test-readers test-report test-view test-engines test-farm test-package spirv package bench clean-demo
 
 help:
 	@echo 'make setup       install what is missing: Vulkan loader and driver, validation layers, shaderc'
@@ -26,6 +26,7 @@ help:
 	@echo 'make test        run all tests'
 	@echo 'make test-readers  read every format back with OpenImageIO, OpenEXR, Pillow and ktx-parse'
 	@echo 'make test-report  open reports of verify in headless Chromium'
+	@echo 'make test-view    use a page of view in headless Chromium and compare it with preview'
 	@echo 'make test-engines  draw spheres in real engines and compare them with an f64 reference (ENGINES="three bevy")'
 	@echo 'make test-package  build the published crate as its user does (GAME=game: and a game that bakes as it is built)'
 	@echo 'make package     write the crate to publish, target/package/*.crate'
@@ -53,6 +54,10 @@ test-readers: setup
 # Needs Chromium and node, which the script installs where apt can.
 test-report: setup
 	sh tests/report/run.sh
+
+# Needs Chromium and node, too.
+test-view: setup
+	sh tests/view/run.sh
 
 # Needs Chromium, node and npm, which the script installs where apt can, and the engines' packages.
 test-engines: setup

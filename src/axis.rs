@@ -130,6 +130,21 @@ impl Warp {
     }
 }
 
+impl Warp {
+    /// The position t in [0, 1] of n·v and a perceptual roughness, both in [0, 1]: [`Warp::formula`], which is the inverse of
+    /// [`Warp::value`]. GLSL twin: `shaders/lib/warp.glsl`.
+    pub fn position(self, n_dot_v: f64, roughness: f64) -> f64 {
+        match self {
+            Warp::NDotV => n_dot_v,
+            Warp::SqrtNDotV => n_dot_v.sqrt(),
+            Warp::SqrtOneMinusNDotV => (1.0 - n_dot_v).sqrt(),
+            Warp::Angle => n_dot_v.acos() / FRAC_PI_2,
+            Warp::Roughness => roughness,
+            Warp::Alpha => roughness * roughness,
+        }
+    }
+}
+
 /// Which point of a texel its value belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Points {
@@ -236,6 +251,8 @@ mod tests {
         assert!((at(Warp::Angle).acos() * FRAC_2_PI - third).abs() < 1e-8);
         assert!((at(Warp::Alpha) * at(Warp::Alpha) - third).abs() < 1e-15);
         for warp in Warp::ALL {
+            let value = warp.value(0.3);
+            assert!((warp.position(value, value) - 0.3).abs() < 1e-15, "{}", warp.name());
             assert_eq!(Warp::parse(warp.name()).expect("its own name"), warp);
             assert!(warp.formula().contains(warp.coordinate().name()), "{}", warp.name());
         }

@@ -29,7 +29,8 @@
 //! - A [`bake::Backend`] is a Vulkan device or the processor; a [`texture::Texture`] travels between all modules; a
 //!   [`format::Format`] writes and reads it.
 //! - What comes out can be looked at: [`plot`] draws curves and tables, [`spheres`] a grid of spheres under an environment,
-//!   by the baked maps or by an integral of the same BRDF; [`env::sky`] is an environment without a file.
+//!   by the baked maps or by an integral of the same BRDF, [`view`] puts them on a page for browsers; [`env::sky`] is an
+//!   environment without a file.
 //! - A [`recipe`] declares a set of bakes in a file; what it writes states the hash of what it was baked from.
 //!
 //! # Conventions
@@ -63,6 +64,7 @@ pub mod target;
 pub mod term;
 pub mod texture;
 pub mod verify;
+pub mod view;
 
 pub use error::{Error, Result};
 

@@ -802,7 +802,23 @@ fn spheres_are_drawn_from_files() {
         here,
         &["env", "sky.exr", "-o", "sky.ktx2", "--size", "16", "--mips", "2", "--irradiance", "diffuse.ktx2"],
     );
-    succeeds(here, &["bake", "split-sum", "-o", "dfg.ktx2", "--size", "16", "--flip-v", "--axes", "roughness,n_dot_v"]);
+    succeeds(
+        here,
+        &[
+            "bake",
+            "split-sum",
+            "-o",
+            "dfg.ktx2",
+            "--size",
+            "16",
+            "--flip-v",
+            "--axes",
+            "roughness,n_dot_v",
+            "--channels",
+            "scale,bias,f82",
+        ],
+    );
+    succeeds(here, &["bake", "split-sum", "-o", "untinted.ktx2", "--size", "16"]);
     let files = ["--env", "sky.ktx2", "--lut", "dfg.ktx2", "--irradiance", "diffuse.ktx2"];
     let small = ["--size", "48x32", "--spheres", "3x2", "--samples", "64", "--json"];
     let draw = |output: &str, rest: &[&str]| {
@@ -822,7 +838,12 @@ fn spheres_are_drawn_from_files() {
     let refused = |rest: &[&str], words: &[&str]| {
         fails(here, &[&["preview", "-o", "d.png"], &files[..], &small[..], rest].concat(), words);
     };
-    refused(&["--roughness", "red.png", "--reference"], &["one roughness a sphere", "--roughness"]);
+    draw("d.exr", &["--roughness", "red.png", "--reference", "--rotate", "90", "--tilt", "-20"]);
+    fails(
+        here,
+        &["preview", "-o", "d.png", "--env", "sky.ktx2", "--lut", "untinted.ktx2", "--material", "gold"],
+        &["no f82", "--channels scale,bias,f82"],
+    );
     refused(&["--grid", "metallic,metallic"], &["--grid", "metallic,roughness"]);
     refused(&["--grid", "metallic,rougness"], &["rougness", "roughness"]);
     refused(&["--base-color", "1,2,3"], &["--base-color", "0 to 1"]);
@@ -830,9 +851,63 @@ fn spheres_are_drawn_from_files() {
     refused(&["--ndf", "ggx:ratio=0.5"], &["anisotropic", "--ndf"]);
     fails(here, &["preview", "-o", "d.png", "--samples", "9000"], &["9000", "7680"]);
     refused(&["--tone", "filmic"], &["filmic", "aces"]);
-    refused(&["--rotate", "90"], &["cannot be turned", "--rotate"]);
-    fails(here, &["preview", "-o", "d.png", "--env", "dfg.ktx2"], &["dfg.ktx2"]);
-    fails(here, &["preview", "-o", "d.png", "--env", "sky.ktx2", "--lut", "sky.ktx2"], &["table"]);
+    refused(&["--rotate", "inf"], &["--rotate", "inf"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "dfg.ktx2"], &["dfg.ktx2", "--lut"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "diffuse.ktx2"], &["diffuse.ktx2", "--irradiance"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "sky.ktx2", "--lut", "sky.ktx2"], &["sky.ktx2", "table"]);
+    fails(here, &["preview", "-o", "d.png", "--env", "sky.ktx2", "--irradiance", "sky.ktx2"], &["no irradiance"]);
     fails(here, &["preview", "-o", "d.gif"], &["d.gif", ".png"]);
     fails(here, &["preview", "-o", "d.exr", "--compare"], &["--compare", ".png"]);
+}
+
+#[test]
+fn a_page_of_spheres_is_written_and_opened() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    succeeds(here, &["sky", "-o", "sky.exr", "--size", "32"]);
+    succeeds(
+        here,
+        &["env", "sky.exr", "-o", "sky.ktx2", "--size", "16", "--mips", "2", "--irradiance", "diffuse.ktx2"],
+    );
+    succeeds(here, &["env", "sky.exr", "-o", "flat.exr", "--size", "16", "--mips", "2", "--shape", "octahedral"]);
+    succeeds(here, &["env", "sky.exr", "-o", "cube.dds", "--size", "16", "--mips", "2"]);
+    succeeds(here, &["bake", "split-sum", "-o", "dfg.ktx2", "--size", "16"]);
+    succeeds(here, &["bake", "albedo", "-o", "albedo.ktx2", "--size", "16"]);
+    let line = succeeds(here, &["view", "sky.ktx2", "dfg.ktx2", "diffuse.ktx2", "--json"]);
+    let line: serde_json::Value = serde_json::from_str(&line).unwrap();
+    assert_eq!((&line["environments"], &line["irradiance_maps"], &line["tables"]), (&2.into(), &1.into(), &1.into()));
+    let page = std::fs::read_to_string(here.join("view.html")).unwrap();
+    assert_eq!(page.len() as u64, line["bytes"].as_u64().unwrap());
+    assert!(!page.contains("http://") && !page.contains("https://"), "the page needs no network");
+    // The same order of kinds whatever the order of files, and what does not say how it is filtered is filtered anew.
+    let output = run(here, &["view", "cube.dds", "dfg.ktx2", "-o", "anew.html"]);
+    assert!(output.status.success() && text(&output.stderr).contains("does not say how its mips are filtered"));
+
+    fails(here, &["view", "flat.exr"], &["flat.exr", "octahedral", "--shape cube"]);
+    fails(here, &["view", "sky.ktx2", "albedo.ktx2"], &["albedo.ktx2", "scale and bias"]);
+    fails(here, &["view", "missing.ktx2"], &["missing.ktx2"]);
+    fails(here, &["view", "sky.ktx2", "-o", "view.png"], &["view.png", ".html"]);
+    fails(here, &["view", "sky.ktx2", "--ndf", "ggx:ratio=0.5"], &["anisotropic"]);
+    image::RgbImage::from_pixel(16, 16, image::Rgb([9, 99, 200])).save(here.join("blue.png")).unwrap();
+    fails(here, &["view", "sky.ktx2", "blue.png"], &["blue.png", "table"]);
+
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let browser = here.join("xdg-open");
+        std::fs::write(&browser, "#!/bin/sh\necho \"$1\" > opened.part && mv opened.part opened\n").unwrap();
+        std::fs::set_permissions(&browser, std::fs::Permissions::from_mode(0o755)).unwrap();
+        let path = std::env::join_paths([here, Path::new("/usr/bin"), Path::new("/bin")]).unwrap();
+        let mut opens = command(here, &["view", "sky.ktx2", "dfg.ktx2", "-o", "seen.html", "--open"]);
+        assert!(opens.env("PATH", path).output().unwrap().status.success());
+        let opened = (0..100).find_map(|_| {
+            std::thread::sleep(std::time::Duration::from_millis(50));
+            std::fs::read_to_string(here.join("opened")).ok()
+        });
+        assert!(opened.is_some_and(|path| path.trim_end().ends_with("/seen.html")), "the page is given to the browser");
+        let mut alone = command(here, &["view", "sky.ktx2", "dfg.ktx2", "-o", "alone.html", "--open"]);
+        let output = alone.env("PATH", here.join("nothing")).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains("no browser opens it") && here.join("alone.html").exists());
+    }
 }

@@ -271,3 +271,26 @@ fn unknown_name_is_refused_with_the_nearest() {
     assert!(output.stdout.is_empty() && stderr.contains("unknown material 'golf'"), "{stderr}");
     assert!(stderr.contains("did you mean 'gold'?") && stderr.contains("water"), "{stderr}");
 }
+
+/// The F82 tint has the spectrum's reflectance at 0° and 82°, and is nearer to it in between than Schlick's curve.
+#[test]
+fn edges_of_metals_follow_their_spectra() {
+    let (mut tinted, mut plain) = (0.0f64, 0.0f64);
+    for metal in &METALS {
+        let [f0, edge] = metal.f0_and_edge();
+        for cos in cosines() {
+            let exact = metal.fresnel_rgb(cos).map(|v| v.clamp(0.0, 1.0));
+            for c in 0..3 {
+                let schlick = f0[c] + (1.0 - f0[c]) * (1.0 - cos).powi(5);
+                let f82 = schlick - edge[c] * cos * (1.0 - cos).powi(6);
+                tinted = tinted.max((f82 - exact[c]).abs());
+                plain = plain.max((schlick - exact[c]).abs());
+            }
+        }
+        let at_82 = metal.fresnel_rgb(1.0 / 7.0)[1];
+        let found = f0[1] + (1.0 - f0[1]) * (6.0f64 / 7.0).powi(5) - edge[1] / 7.0 * (6.0f64 / 7.0).powi(6);
+        assert!((found - at_82.clamp(0.0, 1.0)).abs() < 1e-12, "{}: {found} {at_82}", metal.name);
+    }
+    println!("F82 {tinted:.4}, Schlick {plain:.4}");
+    assert!(tinted < 0.03 && plain > 0.15, "{tinted} {plain}");
+}

@@ -9,8 +9,11 @@
 
 // Half vectors about the normal: x, y, weight, level of detail.
 layout(std430, set = 0, binding = 8) readonly buffer Nodes { vec4 node_of[]; };
-// Smith's function, a row a sphere.
+// Smith's function, a row a roughness.
 layout(std430, set = 0, binding = 9) readonly buffer Rows { vec4 row_of[]; };
+// Where a texture varies the roughness, lobes for evenly spaced ones from 0 to 1: first node and 2^24 times the row, number of
+// nodes.
+layout(std430, set = 0, binding = 10) readonly buffer Lobes { uvec2 lobe_of[]; };
 
 #include "lib/smith_row.glsl"
 
@@ -22,7 +25,7 @@ vec3 source(vec3 d, float lod) {
     return lookup(scene.source_level + uint(level), d);
 }
 
-vec3 shade(Surface s) {
+vec3 integral(Surface s, uvec2 lobe) {
     float n_dot_v = max(s.n.z, 1e-4);
     // Any two directions that complete the normal.
     vec3 other = abs(s.n.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0);
@@ -31,18 +34,20 @@ vec3 shade(Surface s) {
 
     vec3 scale_light = vec3(0.0);
     vec3 bias_light = vec3(0.0);
-    if (s.node_count == 0u) {
+    vec3 f82_light = vec3(0.0);
+    if (lobe.y == 0u) {
         float g = n_dot_v * g_over_n_dot_v(Directions(n_dot_v, n_dot_v, 1.0, n_dot_v, n_dot_v, n_dot_v, 0.0));
         float schlick = schlick_weight(1.0 - n_dot_v);
         vec3 light = g * lookup(scene.source_level, 2.0 * s.n.z * s.n - vec3(0.0, 0.0, 1.0));
         scale_light = (1.0 - schlick) * light;
         bias_light = schlick * light;
+        f82_light = n_dot_v * (1.0 - n_dot_v) * schlick * light;
     } else {
-        load_row(ROW * (s.first_node >> 24u));
-        uint first = s.first_node & 0xffffffu;
+        load_row(ROW * (lobe.x >> 24u));
+        uint first = lobe.x & 0xffffffu;
         float alpha = row_map.x;
         float sigma_v = projected_area(n_dot_v);
-        for (uint i = first; i < first + s.node_count; i++) {
+        for (uint i = first; i < first + lobe.y; i++) {
             vec4 node = node_of[i];
             float n_dot_h = sqrt(max(1.0 - node.x * node.x - node.y * node.y, 0.0));
             vec3 h = node.x * t + node.y * b + n_dot_h * s.n;
@@ -56,8 +61,18 @@ vec3 shade(Surface s) {
                 vec3 light = f * source(l, node.w + 0.5 * log2(v_dot_h));
                 scale_light += (1.0 - schlick) * light;
                 bias_light += schlick * light;
+                f82_light += v_dot_h * (1.0 - v_dot_h) * schlick * light;
             }
         }
     }
-    return leaving(s, scale_light, bias_light, lookup(scene.diffuse_level, s.n));
+    return leaving(s, scale_light, bias_light, f82_light, lookup(scene.diffuse_level, s.n));
+}
+
+vec3 shade(Surface s) {
+    if (scene.lobes == 0u) {
+        return integral(s, uvec2(s.first_node, s.node_count));
+    }
+    float at = s.roughness * float(scene.lobes - 1u);
+    uint lower = min(uint(at), scene.lobes - 2u);
+    return mix(integral(s, lobe_of[lower]), integral(s, lobe_of[lower + 1u]), at - float(lower));
 }

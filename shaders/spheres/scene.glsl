@@ -4,6 +4,7 @@
 
 #include "term/cube.glsl"
 #include "term/surface.glsl"
+#include "lib/warp.glsl"
 
 layout(local_size_x = 32) in;
 
@@ -21,24 +22,26 @@ layout(std430, set = 0, binding = 0) readonly buffer Scene {
     uint source_levels;
     uint table_width;
     uint table_height;
-    float table_scale_x; // texel = n_dot_v * scale + shift
-    float table_shift_x;
-    float table_scale_y;
-    float table_shift_y;
+    vec2 table_place_x;  // texel = position * scale + shift
+    vec2 table_place_y;
+    uint table_warp_x;   // which position
+    uint table_warp_y;
     uint compensate;
     float background;    // radiance behind the spheres; below 0 the environment
     uint map_width;      // of the pictures on the spheres; 0 for none
     uint map_height;
+    uint lobes;          // of the reference, where a texture varies the roughness; else 0
+    vec4 frame[3];       // rows of the matrix from the viewer's directions to the maps'
 } scene;
-// Two a sphere, floats by their bits: base colour and metallic | roughness, F0 as a dielectric, first node and 2^24 times the
-// row, number of nodes.
+// Three a sphere, floats by their bits: base colour and metallic | roughness, F0 as a dielectric, first node and 2^24 times
+// the row, number of nodes | what the tint takes from a metal's edge.
 layout(std430, set = 0, binding = 1) readonly buffer Spheres { uvec4 sphere_of[]; };
 // Faces of all levels, each with a border of one texel that repeats its neighbours.
 layout(std430, set = 0, binding = 2) readonly buffer Texels { vec4 texels[]; };
 // First texel, texels along a side without the border, bits of the roughness.
 layout(std430, set = 0, binding = 3) readonly buffer Levels { uvec4 level_of[]; };
-// Scale and bias of F0.
-layout(std430, set = 0, binding = 4) readonly buffer Table { vec2 table_of[]; };
+// Scale and bias of F0, and the tint of F82.
+layout(std430, set = 0, binding = 4) readonly buffer Table { vec4 table_of[]; };
 // Pictures on the spheres, two values a texel: base colour and metallic | normal and roughness. src/spheres/pictures.rs.
 layout(std430, set = 0, binding = 5) readonly buffer Maps { vec4 maps[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Result { vec4 result[]; };
@@ -59,14 +62,15 @@ struct Surface {
     float f0;
     uint first_node;
     uint node_count;
+    vec3 edge;
     vec3 n;
-    // Scale and bias.
-    vec2 split;
+    // Scale, bias and tint.
+    vec3 split;
 };
 
 // Radiance of a level along d, bilinear and without seams.
 vec3 lookup(uint level, vec3 d) {
-    vec3 at = locate(d);
+    vec3 at = locate(vec3(dot(scene.frame[0].xyz, d), dot(scene.frame[1].xyz, d), dot(scene.frame[2].xyz, d)));
     uvec4 l = level_of[level];
     float size = float(l.y);
     uint row = l.y + 2u;
@@ -92,31 +96,32 @@ vec3 filtered(vec3 d, float roughness) {
     return mix(lookup(lower, d), lookup(upper, d), share);
 }
 
-// Scale and bias at n_dot_v and roughness.
-vec2 table(float n_dot_v, float roughness) {
+// Scale, bias and tint at n_dot_v and roughness.
+vec3 table(float n_dot_v, float roughness) {
     vec2 last = vec2(scene.table_width - 1u, scene.table_height - 1u);
-    vec2 place = vec2(n_dot_v, roughness) * vec2(scene.table_scale_x, scene.table_scale_y)
-        + vec2(scene.table_shift_x, scene.table_shift_y);
-    place = clamp(place, vec2(0.0), last);
+    float x = position(scene.table_warp_x, n_dot_v, roughness) * scene.table_place_x.x + scene.table_place_x.y;
+    float y = position(scene.table_warp_y, n_dot_v, roughness) * scene.table_place_y.x + scene.table_place_y.y;
+    vec2 place = clamp(vec2(x, y), vec2(0.0), last);
     vec2 whole = min(floor(place), max(last - 1.0, 0.0));
     vec2 share = place - whole;
     uint right = scene.table_width > 1u ? 1u : 0u;
     uint down = scene.table_height > 1u ? scene.table_width : 0u;
     uint index = uint(whole.y) * scene.table_width + uint(whole.x);
     return mix(
-        mix(table_of[index], table_of[index + right], share.x),
-        mix(table_of[index + down], table_of[index + down + right], share.x), share.y);
+        mix(table_of[index].xyz, table_of[index + right].xyz, share.x),
+        mix(table_of[index + down].xyz, table_of[index + down + right].xyz, share.x), share.y);
 }
 
-// What leaves a surface: light through scale, light through bias, and irradiance over pi.
-vec3 leaving(Surface s, vec3 scale_light, vec3 bias_light, vec3 diffuse_light) {
+// What leaves a surface: light through scale, light through bias, light through the tint, and irradiance over pi.
+vec3 leaving(Surface s, vec3 scale_light, vec3 bias_light, vec3 f82_light, vec3 diffuse_light) {
     float albedo = max(s.split.x + s.split.y, 1e-6);
     float gain_f0 = scene.compensate == 1u ? compensation(s.f0, albedo) : 1.0;
     float reflected = (s.f0 * s.split.x + s.split.y) * gain_f0;
     vec3 sum;
     for (int c = 0; c < 3; c++) {
         float gain = scene.compensate == 1u ? compensation(s.base[c], albedo) : 1.0;
-        sum[c] = specular(scale_light[c], bias_light[c], s.base[c], s.f0, s.metallic, gain, gain_f0)
+        vec3 split = vec3(scale_light[c], bias_light[c], f82_light[c]);
+        sum[c] = specular(split, s.base[c], s.edge[c], s.f0, s.metallic, gain, gain_f0)
             + body(s.base[c], s.metallic, reflected) * diffuse_light[c];
     }
     return sum;
@@ -152,13 +157,14 @@ void paint(inout Surface s) {
 
 // The surface of a sphere where its normal is n.
 Surface surface_at(uint sphere, vec3 n) {
-    vec4 a = uintBitsToFloat(sphere_of[2u * sphere]);
-    uvec4 b = sphere_of[2u * sphere + 1u];
-    Surface s = Surface(a.rgb, a.w, uintBitsToFloat(b.x), uintBitsToFloat(b.y), b.z, b.w, n, vec2(0.0));
+    vec4 a = uintBitsToFloat(sphere_of[3u * sphere]);
+    uvec4 b = sphere_of[3u * sphere + 1u];
+    vec3 edge = uintBitsToFloat(sphere_of[3u * sphere + 2u].xyz);
+    Surface s = Surface(a.rgb, a.w, uintBitsToFloat(b.x), uintBitsToFloat(b.y), b.z, b.w, edge, n, vec3(0.0));
     if (scene.map_width > 0u) {
         paint(s);
     }
-    s.split = table(max(s.n.z, 1e-4), s.roughness);
+    s.split = table(clamp(s.n.z, 1e-4, 1.0), s.roughness);
     return s;
 }
 
@@ -190,7 +196,7 @@ Seen seen_at(vec2 at) {
 bool is_alone(vec2 at) {
     Seen seen = seen_at(at);
     float most = 1.0 - 0.75 / (scene.radius * scene.tile_px);
-    return seen.left > 1.0 - most * most && sphere_of[2u * seen.sphere + 1u].w > 0u;
+    return seen.left > 1.0 - most * most && sphere_of[3u * seen.sphere + 1u].w > 0u;
 }
 
 // The environment behind the spheres, out of focus: as a camera with a field of view of 60 degrees sees it.

@@ -7,5 +7,5 @@
 vec3 shade(Surface s) {
     vec3 mirrored = 2.0 * s.n.z * s.n - vec3(0.0, 0.0, 1.0);
     vec3 light = filtered(mirrored, s.roughness);
-    return leaving(s, s.split.x * light, s.split.y * light, lookup(scene.diffuse_level, s.n));
+    return leaving(s, s.split.x * light, s.split.y * light, s.split.z * light, lookup(scene.diffuse_level, s.n));
 }

@@ -7,11 +7,14 @@ float compensation(float f0, float albedo) {
     return 1.0 + f0 * (1.0 / albedo - 1.0);
 }
 
-// Specular reflection of one channel, from the split sum's two parts of it: metallic * metal + (1 - metallic) * dielectric.
-// `gain_metal` and `gain_dielectric` are their compensations, or 1.
+// Specular reflection of one channel, from the split sum's parts of it: metallic * metal + (1 - metallic) * dielectric.
+// `split` holds what F0 and F90 are multiplied with, and the tint that `edge` takes from a metal's. `gain_metal` and
+// `gain_dielectric` are their compensations, or 1.
 float specular(
-    float scale, float bias, float base, float f0, float metallic, float gain_metal, float gain_dielectric) {
-    return mix((f0 * scale + bias) * gain_dielectric, (base * scale + bias) * gain_metal, metallic);
+    vec3 split, float base, float edge, float f0, float metallic, float gain_metal, float gain_dielectric) {
+    float dielectric = (f0 * split.x + split.y) * gain_dielectric;
+    float metal = (base * split.x + split.y - edge * split.z) * gain_metal;
+    return mix(dielectric, metal, metallic);
 }
 
 // Share of one channel of the irradiance over pi that comes back out of the body. `reflected` is the dielectric's albedo.

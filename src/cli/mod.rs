@@ -9,6 +9,7 @@ mod foreign;
 mod identify;
 mod info;
 mod list;
+mod lit;
 mod materials;
 mod preview;
 mod run;
@@ -17,6 +18,7 @@ mod source;
 mod storage;
 mod verify;
 mod verify_environment;
+mod view;
 
 use std::path::PathBuf;
 
@@ -132,6 +134,18 @@ Examples:
   brdf-baker preview -o brick.png --spheres 1x1 --base-color brick.png --normal brick_n.png --roughness 0.6"
     )]
     Preview(Box<preview::PreviewArgs>),
+    /// Write one page of HTML with the spheres to turn and to change, lit by baked files, in WebGL 2
+    #[command(
+        after_help = "What a file holds is told by its content: environments (pictures or filtered cubes), irradiance \
+maps and split-sum tables, ours or others'. The page needs no network and no other file; it shows the command of `brdf-baker \
+preview` that draws the same.
+
+Examples:
+  brdf-baker view --open
+  brdf-baker view studio.ktx2 dfg.ktx2 -o studio.html
+  brdf-baker view studio.exr evening.ktx2 diffuse.ktx2 dfg.ktx2 brdf_lut.png --open"
+    )]
+    View(view::ViewArgs),
     /// Check a baked file, or a table that others made, against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2
@@ -192,6 +206,7 @@ pub fn run(args: Args) -> Result<()> {
         Command::Sky(sky) => sky.run(&mut console),
         Command::Curves(curves) => curves.run(&mut console),
         Command::Preview(preview) => preview.run(&args.global, &mut console),
+        Command::View(view) => view.run(&args.global, &mut console),
         Command::Verify(verify) => verify.run(&mut console),
         Command::Identify(identify) => identify.run(&mut console),
         Command::Info { file } => info::run(&file, &mut console),

@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::bake::{Backend, Model};
-use brdf_baker::env::Environment;
-use brdf_baker::env::import::{self, Options};
-use brdf_baker::env::sky::Sky;
+use brdf_baker::env::{Environment, Frame};
 use brdf_baker::format::{self, Format, Output};
 use brdf_baker::material::{self, Material};
 use brdf_baker::plot::{encode_png, write_text};
@@ -21,11 +19,10 @@ use serde_json::json;
 use super::Global;
 use super::bake::parse_size;
 use super::console::Console;
+use super::lit::{self, Lit};
 
 /// How many times the difference is amplified in a comparison.
 const GAIN: f64 = 8.0;
-/// Rows of the built-in sky.
-const SKY_HEIGHT: u32 = 512;
 
 #[derive(clap::Args)]
 pub struct PreviewArgs {
@@ -41,6 +38,9 @@ pub struct PreviewArgs {
     /// Turn the environment about the vertical, counter-clockwise seen from above
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, default_value_t = 0.0, hide_default_value = true)]
     rotate: f64,
+    /// Look upwards by so many degrees, as if the viewer and the spheres were tilted
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, default_value_t = 0.0, hide_default_value = true)]
+    tilt: f64,
     /// A split-sum table [default: baked for --ndf and --visibility]
     #[arg(long, value_name = "FILE")]
     lut: Option<PathBuf>,
@@ -59,7 +59,8 @@ pub struct PreviewArgs {
     /// Linear base colour, or a texture of it, sRGB
     #[arg(long, value_name = "R,G,B|FILE", default_value = "0.8,0.6,0.35", conflicts_with = "material")]
     base_color: String,
-    /// A named material: a metal's reflectance as the base colour, or a dielectric's F0
+    /// A named material: a metal's reflectance at normal incidence as the base colour and at 82 degrees as the tint of its
+    /// edge, or a dielectric's F0
     #[arg(long, value_name = "NAME")]
     material: Option<String>,
     /// Metallic where it does not run over the grid, or a texture of it: its only channel, or blue
@@ -92,9 +93,9 @@ pub struct PreviewArgs {
     /// Multiply by 2 to this power [default: so that the mean of the environment is a middle grey; 0 in .exr]
     #[arg(long, value_name = "EV", allow_hyphen_values = true)]
     exposure: Option<f64>,
-    /// Tone curve of a .png
-    #[arg(long, default_value = "aces", value_name = "aces|clip")]
-    tone: String,
+    /// Tone curve of a .png [default: aces; clip with --furnace]
+    #[arg(long, value_name = "aces|clip")]
+    tone: Option<String>,
     /// What is behind the spheres: the environment out of focus, or a grey of this radiance
     #[arg(long, default_value = "env", value_name = "env|GREY")]
     background: String,
@@ -142,7 +143,9 @@ impl PreviewArgs {
                 return Err(Error::usage(what, "write a .png or .exr file"));
             }
         };
-        let tone = Tone::parse(&self.tone)?;
+        // A furnace shows what is lost, not what a film would make of it.
+        let usual = if self.furnace { Tone::Clip } else { Tone::Aces };
+        let tone = self.tone.as_deref().map_or(Ok(usual), Tone::parse)?;
         let background = match self.background.as_str() {
             "env" => None,
             text => Some(text.parse::<f32>().ok().filter(|v| (0.0..=1e6).contains(v)).ok_or_else(|| {
@@ -183,6 +186,7 @@ impl PreviewArgs {
             background,
             half_vectors: self.samples,
             pictures,
+            frame: frame(self.rotate, self.tilt)?,
             ..Preview::new(scene, model)
         };
         let methods: &[Method] = match (self.compare, self.reference) {
@@ -193,8 +197,8 @@ impl PreviewArgs {
         methods.iter().try_for_each(|m| preview.check(*m))?;
         let output = Output::prepare(&self.output)?;
         let light = self.light(console)?;
-        let table = self.lut.as_deref().map(read_table).transpose()?;
-        let diffuse = self.irradiance.as_deref().map(read_table).transpose()?;
+        let table = self.lut.as_ref().map(|path| lit::table(path, console)).transpose()?;
+        let diffuse = self.irradiance.as_ref().map(|path| lit::diffuse(path, console)).transpose()?;
         let filter = spheres::kernel(&preview.model);
         if filter != preview.model.ndf.family.name && light.cube.is_none() {
             let name = preview.model.ndf.family.name;
@@ -211,8 +215,6 @@ impl PreviewArgs {
 
         let auto = if self.furnace { 1.0 } else { Picture::auto_exposure(maps.mean()) };
         let exposure = self.exposure.map_or(if linear { 1.0 } else { auto }, f64::exp2);
-        // A furnace shows what is lost, not what a film would make of it.
-        let tone = if self.furnace { Tone::Clip } else { tone };
         let differences = match &drawn[..] {
             [split_sum, reference] => split_sum.differences(reference, &preview.scene),
             _ => vec![],
@@ -287,31 +289,16 @@ impl PreviewArgs {
 
     /// What lights the spheres.
     fn light(&self, console: &mut Console) -> Result<Light> {
-        let options = Options { turns_deg: [0.0, self.rotate, 0.0], ..Options::default() };
-        let owned = |picture| Environment { picture, frame: brdf_baker::env::Frame::new(false, options.turns_deg) };
         let light = |environment| Ok(Light { environment: Some(environment), cube: None });
         match &self.env {
-            _ if self.furnace => {
-                light(owned(brdf_baker::env::Picture::Cube(std::borrow::Cow::Owned(spheres::furnace()))))
-            }
-            None => {
-                let sky = Sky { sun_disc: true, ..Sky::default() }.resolve()?.equirect(SKY_HEIGHT);
-                light(owned(brdf_baker::env::Picture::Equirect(std::borrow::Cow::Owned(sky))))
-            }
-            Some(path) => {
-                // A file of this program says so itself.
-                let cube = format::for_path(path).ok().and_then(|f| f.read(path).ok()).map(|(texture, _)| texture);
-                if let Some(cube) = cube.filter(|c| c.meta.get("kernel").is_some()) {
-                    if self.rotate != 0.0 {
-                        let what = "a filtered cube cannot be turned";
-                        return Err(Error::usage(what, "give --rotate to `brdf-baker env`"));
-                    }
-                    return Ok(Light { environment: None, cube: Some(cube) });
-                }
-                let imported = import::read(path, &options, &mut |p| console.progress(p))?;
-                super::source::warn(path, &options, &imported, console);
-                light(imported.environment)
-            }
+            _ if self.furnace => light(lit::white_room()),
+            None => light(lit::sky()?),
+            Some(path) => match lit::read(path, console)? {
+                Lit::Environment(environment) => light(environment),
+                Lit::Filtered(cube) => Ok(Light { environment: None, cube: Some(cube) }),
+                Lit::Diffuse(_) => Err(Error::input(path, "it holds irradiance alone", "give it to --irradiance")),
+                Lit::Table(..) => Err(Error::input(path, "it holds a table, not light", "give it to --lut")),
+            },
         }
     }
 }
@@ -322,8 +309,12 @@ struct Light {
     cube: Option<Texture>,
 }
 
-fn read_table(path: &Path) -> Result<Texture> {
-    Ok(format::for_path(path)?.read(path)?.0)
+/// From the directions of a viewer who looks up by `tilt_deg` to those of an environment that is turned by `rotate_deg`.
+fn frame(rotate_deg: f64, tilt_deg: f64) -> Result<Frame> {
+    if let Some((flag, bad)) = [("--rotate", rotate_deg), ("--tilt", tilt_deg)].iter().find(|(_, v)| !v.is_finite()) {
+        return Err(Error::usage(format!("{flag} cannot be {bad}"), "give a number of degrees"));
+    }
+    Ok(Frame::new(false, [0.0, rotate_deg, 0.0]).seen_through(&Frame::new(false, [-tilt_deg, 0.0, 0.0])))
 }
 
 /// Linear red, green and blue, or the path of a texture.
@@ -348,10 +339,13 @@ fn sphere<'a>(
     metallic: f64,
     roughness: f64,
 ) -> Result<(Sphere, Option<&'a Path>)> {
-    let plain = Sphere { base: base.unwrap_or([1.0; 3]), metallic, roughness, f0: 0.04 };
+    let plain = Sphere { base: base.unwrap_or([1.0; 3]), metallic, roughness, f0: 0.04, edge: [0.0; 3] };
     let found = match material.map(material::parse).transpose()? {
         None => return Ok((plain, base.is_none().then_some(file))),
-        Some(Material::Metal(m)) => Sphere { base: m.f0().map(|v| v.clamp(0.0, 1.0)), ..plain },
+        Some(Material::Metal(m)) => {
+            let [base, edge] = m.f0_and_edge();
+            Sphere { base, edge, ..plain }
+        }
         Some(Material::Dielectric(d)) => Sphere { base: [0.5; 3], f0: d.f0(), ..plain },
     };
     Ok((found, None))

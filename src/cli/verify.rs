@@ -68,7 +68,7 @@ impl VerifyArgs {
             }
         };
         self.model.refuse(&self.file)?;
-        let page = self.report.map(prepare_page).transpose()?;
+        let page = self.report.map(|path| Ok::<_, Error>((path.clone(), prepare_page(&path)?))).transpose()?;
         let named = |e: Error| Error::input(&self.file, e.to_string(), e.help().to_string());
         let certificate = Certificate::texels(&texture, encoding).map_err(named)?;
         let extent = match (self.full, certificate.several_changed) {
@@ -179,14 +179,13 @@ fn verify_volume(
 }
 
 /// A page's place, known to be writable.
-fn prepare_page(path: PathBuf) -> Result<(PathBuf, Output)> {
+pub fn prepare_page(path: &Path) -> Result<Output> {
     // Anything else could be the very file that is checked.
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html")) {
         let what = format!("'{}' is no name for a page", path.display());
         return Err(Error::usage(what, "name a file that ends in .html"));
     }
-    let output = Output::prepare(&path)?;
-    Ok((path, output))
+    Output::prepare(path)
 }
 
 /// A failure where `worst` is more than `--max-error`, or not a number.

@@ -34,6 +34,16 @@ impl Frame {
         Frame { rows: product(self.rows, axes.rows()) }
     }
 
+    /// The same before a viewer with a frame of its own: from directions of `view`'s output to the picture's.
+    pub fn seen_through(&self, view: &Frame) -> Frame {
+        Frame { rows: product(self.rows, view.rows) }
+    }
+
+    /// Row i, times a direction of the output, is component i in the picture.
+    pub fn rows(&self) -> [[f64; 3]; 3] {
+        self.rows
+    }
+
     /// The direction in the picture that `d`, a direction of the output, shows.
     pub fn to_picture(&self, d: [f64; 3]) -> [f64; 3] {
         self.rows.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])

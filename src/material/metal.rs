@@ -4,6 +4,7 @@ use super::fit::{self, Channel};
 use super::observer;
 use super::optical_constants::{self as data, Row};
 use crate::term::fresnel::conductor::conductor;
+use crate::term::fresnel::schlick::{F82_COS, edge};
 
 /// A metal: names, measured index, and what others print for its reflectance.
 pub struct Metal {
@@ -46,6 +47,15 @@ impl Metal {
     /// Normal reflectance, linear sRGB.
     pub fn f0(&self) -> [f64; 3] {
         self.fresnel_rgb(1.0)
+    }
+
+    /// Normal reflectance, clipped to [0, 1], and what the F82 tint takes from Schlick's Fresnel so that it has the
+    /// spectrum's reflectance at 82°, too ([`edge`]). Over all angles it then differs from the spectrum's by 0.025 at most,
+    /// Schlick's by 0.20.
+    pub fn f0_and_edge(&self) -> [[f64; 3]; 2] {
+        let within = |rgb: [f64; 3]| rgb.map(|v| v.clamp(0.0, 1.0));
+        let (f0, at_82) = (within(self.f0()), within(self.fresnel_rgb(F82_COS)));
+        [f0, std::array::from_fn(|c| edge(f0[c], at_82[c]))]
     }
 
     /// For each channel one pair (eta, k) and how well it stands for the spectrum.

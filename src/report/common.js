@@ -1,20 +1,4 @@
-"use strict";
-
-const { result, picture } = JSON.parse(document.getElementById("data").textContent);
-
-// An error must not hide behind an unfinished page: it is shown, and a test looks for it.
-window.addEventListener("error", event => {
-    const box = element("section", { class: "failures", "data-script-error": "" }, `This page failed: ${event.message}`);
-    document.getElementById("page").prepend(box);
-});
-
-/// An element with attributes and children; text children become text nodes, never markup.
-function element(name, attributes = {}, ...children) {
-    const made = document.createElement(name);
-    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-    made.append(...children.flat().filter(child => child !== null));
-    return made;
-}
+const { result, picture } = data;
 
 /// The same for SVG.
 function drawn(name, attributes = {}, ...children) {
@@ -36,20 +20,6 @@ function number(path, format = exponential) {
     // JSON has no NaN: it comes as null.
     const text = value === null ? "not a number" : format(value);
     return element("span", { class: "number", "data-path": path, "data-value": JSON.stringify(value) }, text);
-}
-
-function tableOf(heads, rows) {
-    const cells = (name, list) => element("tr", {}, list.map(cell => element(name, {}, cell)));
-    const body = rows.map(row => cells("td", row));
-    return element("div", { class: "scroll" }, element("table", {}, heads ? cells("th", heads) : null, body));
-}
-
-function section(title, ...children) {
-    return element("section", {}, element("h2", {}, title), ...children);
-}
-
-function bytesOf(base64) {
-    return Uint8Array.from(atob(base64), c => c.charCodeAt(0));
 }
 
 /// Single floats from base64; the page's bytes are little endian, whatever the machine's.
@@ -151,9 +121,7 @@ function certificate() {
 }
 
 function metadata() {
-    const rows = picture.meta.flatMap(([key, value]) => [element("dt", {}, key), element("dd", {}, value)]);
-    return element("section", {}, element("details", {},
-        element("summary", {}, "Everything that the file says of itself"), element("dl", {}, rows)));
+    return element("section", {}, said("Everything that the file says of itself", picture.meta));
 }
 
 /// A line with an arrow head at its end.

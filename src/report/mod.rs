@@ -17,13 +17,23 @@ use crate::texture::Meta;
 
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPTS: [&str; 4] =
-    [include_str!("common.js"), include_str!("table.js"), include_str!("cube.js"), include_str!("main.js")];
+const SCRIPTS: [&str; 5] = [
+    include_str!("element.js"),
+    include_str!("common.js"),
+    include_str!("table.js"),
+    include_str!("cube.js"),
+    include_str!("main.js"),
+];
 
 /// The page's text. `title` is what a browser shows on the tab.
 pub fn page(title: &str, result: &Value, picture: &Value) -> String {
+    fill(title, STYLE, &SCRIPTS.concat(), &json!({ "result": result, "picture": picture }))
+}
+
+/// A page with a style, a script and the data that the script reads.
+pub(crate) fn fill(title: &str, style: &str, script: &str, data: &Value) -> String {
     // `</script>` inside a string would end the element: JSON can say `<` in another way.
-    let data = json!({ "result": result, "picture": picture }).to_string().replace('<', "\\u003c");
+    let data = data.to_string().replace('<', "\\u003c");
     let title: String = title
         .chars()
         .map(|c| match c {
@@ -34,8 +44,8 @@ pub fn page(title: &str, result: &Value, picture: &Value) -> String {
         })
         .collect();
     // The data comes last, so that nothing in it is taken for a place to fill.
-    PAGE.replace("{{style}}", STYLE)
-        .replace("{{script}}", &SCRIPTS.concat())
+    PAGE.replace("{{style}}", style)
+        .replace("{{script}}", script)
         .replace("{{title}}", &title)
         .replace("{{data}}", &data)
 }
@@ -46,12 +56,12 @@ fn floats(values: impl IntoIterator<Item = f32>) -> String {
 }
 
 /// Half floats, the same way.
-fn halves(values: impl IntoIterator<Item = f32>) -> String {
+pub(crate) fn halves(values: impl IntoIterator<Item = f32>) -> String {
     STANDARD.encode(values.into_iter().flat_map(|v| f16::from_f32(v).to_le_bytes()).collect::<Vec<u8>>())
 }
 
 /// A file's statements as a list of pairs, which keeps their order.
-fn pairs(meta: &Meta) -> Vec<(&str, &str)> {
+pub(crate) fn pairs(meta: &Meta) -> Vec<(&str, &str)> {
     meta.iter().collect()
 }
 

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::shade::Shade;
 use super::{Method, Picture};
+use crate::axis::Warp;
 use crate::bake::slices::next_slice;
 use crate::error::Result;
 use crate::gpu::{Gpu, MAX_GROUPS};
@@ -30,11 +31,16 @@ struct Block {
     source_levels: u32,
     table_width: u32,
     table_height: u32,
-    table_map: [[f32; 2]; 2],
+    table_place: [[f32; 2]; 2],
+    table_warps: [u32; 2],
     compensate: u32,
     background: f32,
     map_width: u32,
     map_height: u32,
+    lobes: u32,
+    /// Up to the next multiple of 16 bytes.
+    filling: u32,
+    frame: [[f32; 4]; 3],
 }
 
 /// The shader's push constants.
@@ -58,7 +64,11 @@ impl Shade<'_> {
             first_of.push(nodes.len() as u32);
             nodes.extend(of_row.iter().map(packed));
         }
-        let spheres: Vec<[u32; 8]> = scene
+        let lobe = |row: &Option<usize>| match row {
+            Some(row) => [first_of[*row] + ((*row as u32) << 24), lighting.rows[*row].1.len() as u32],
+            None => [0; 2],
+        };
+        let spheres: Vec<[u32; 12]> = scene
             .spheres
             .iter()
             .zip(&lighting.of_sphere)
@@ -66,11 +76,9 @@ impl Shade<'_> {
                 let [r, g, b] = s.base;
                 let [r, g, b, metallic, roughness, f0] =
                     [r, g, b, s.metallic, s.roughness, s.f0].map(|v| (v as f32).to_bits());
-                let (first, count) = match row {
-                    Some(row) => (first_of[*row] + ((*row as u32) << 24), lighting.rows[*row].1.len() as u32),
-                    None => (0, 0),
-                };
-                [r, g, b, metallic, roughness, f0, first, count]
+                let [first, count] = lobe(row);
+                let [red, green, blue] = s.edge.map(|v| (v as f32).to_bits());
+                [r, g, b, metallic, roughness, f0, first, count, red, green, blue, 0]
             })
             .collect();
         let levels: Vec<[u32; 4]> =
@@ -86,13 +94,20 @@ impl Shade<'_> {
             diffuse_level: maps.diffuse_level(self.method),
             source_level: maps.source_level,
             source_levels: maps.source_levels(),
-            table_width: maps.table_size.0,
-            table_height: maps.table_size.1,
-            table_map: maps.table_map().map(|(scale, shift)| [scale as f32, shift as f32]),
+            table_width: maps.table.width,
+            table_height: maps.table.height,
+            table_place: maps.table.place.map(|(scale, shift)| [scale as f32, shift as f32]),
+            table_warps: maps
+                .table
+                .warps
+                .map(|warp| Warp::ALL.iter().position(|w| *w == warp).expect("every warp is one of them") as u32),
             compensate: u32::from(self.compensate),
             background: self.background.unwrap_or(-1.0),
             map_width: self.pictures.width,
             map_height: self.pictures.height,
+            lobes: lighting.lobes.len() as u32,
+            filling: 0,
+            frame: self.frame.rows().map(|[x, y, z]| [x as f32, y as f32, z as f32, 0.0]),
         };
         // A buffer is never empty.
         let pictures = if self.pictures.width > 0 { &self.pictures.texels[..] } else { &[[[0.0; 4]; 2]][..] };
@@ -104,7 +119,7 @@ impl Shade<'_> {
             gpu.upload("spheres", &spheres)?,
             gpu.upload("texels", &maps.levels.texels)?,
             gpu.upload("levels", &levels)?,
-            gpu.upload("table", &maps.table)?,
+            gpu.upload("table", &maps.table.texels)?,
             gpu.upload("pictures", pictures)?,
             result,
             gpu.upload("order", &order)?,
@@ -116,6 +131,9 @@ impl Shade<'_> {
                 rows.resize(rows.len().max(1), [0.0; crate::rule::h_split::ROW_LEN]);
                 buffers.push(gpu.upload("nodes", &nodes)?);
                 buffers.push(gpu.upload("rows", rows.as_flattened())?);
+                let mut lobes: Vec<[u32; 2]> = lighting.lobes.iter().map(lobe).collect();
+                lobes.resize(lobes.len().max(1), [0; 2]);
+                buffers.push(gpu.upload("lobes", &lobes)?);
                 (format!("spheres/reference+{}", self.visibility.file), "reference")
             }
         };

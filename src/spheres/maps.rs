@@ -2,10 +2,12 @@
 //! itself with averages of four texels, of sixteen, and so on.
 
 use super::Method;
-use crate::axis::{Coordinate, Points};
+use super::lut::Lut;
+use crate::axis::Points;
 use crate::bake::specular::{SpecularJob, SpecularRequest};
-use crate::bake::{Backend, Model, TableJob, TableRequest};
-use crate::env::{CubeMap, Environment};
+use crate::bake::{Backend, Model, TableRequest};
+use crate::env::import::Options;
+use crate::env::{CubeMap, Environment, FileAxes, Frame, orientation};
 use crate::error::{Error, Result};
 use crate::progress::OnProgress;
 use crate::term::cube::{direction, locate};
@@ -19,8 +21,8 @@ const LAST: u32 = 8;
 /// Texels along a side of the cube that is baked, unless told otherwise.
 pub const SIZE: u32 = 256;
 
-/// A face of every level of a cube, with a border of one texel that repeats its neighbours: bilinear reading then has no
-/// seams.
+/// A face of every level of a cube, with a border of one texel that repeats its neighbours, and in the cube's corners, where
+/// three faces meet, the mean of their texels there, as GPUs take it: bilinear reading then has no seams.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Levels {
     /// Red, green, blue and nothing.
@@ -34,18 +36,28 @@ impl Levels {
     fn push(&mut self, size: u32, texels: &[[f32; 3]], roughness: f64) {
         self.levels.push((self.texels.len() as u32, size, roughness as f32));
         let (n, last) = (f64::from(size), f64::from(size - 1));
+        let inside = 1..=size;
+        // The middle of a texel of the border lies beyond the edge; there is another texel really.
+        let centre = |i: u32| (2.0 * f64::from(i) - 1.0) / n - 1.0;
+        let at = |face: u32, x: u32, y: u32| {
+            let (s, t) = (centre(x), centre(y));
+            let (face, s, t) = match inside.contains(&x) && inside.contains(&y) {
+                true => (face, s, t),
+                false => locate(direction(face, s, t)),
+            };
+            let nearest = |c: f64| (0.5 * (c + 1.0) * n).floor().clamp(0.0, last) as u32;
+            texels[((face * size + nearest(t)) * size + nearest(s)) as usize]
+        };
         for face in 0..6 {
             for y in 0..size + 2 {
                 for x in 0..size + 2 {
-                    // Where the middle of a texel beyond the edge lies, and the texel that is really there.
-                    let centre = |i: u32| (2.0 * f64::from(i) - 1.0) / n - 1.0;
-                    let (face, s, t) = if (1..=size).contains(&x) && (1..=size).contains(&y) {
-                        (face, centre(x), centre(y))
+                    let [r, g, b] = if inside.contains(&x) || inside.contains(&y) {
+                        at(face, x, y)
                     } else {
-                        locate(direction(face, centre(x), centre(y)))
+                        let (within_x, within_y) = (x.clamp(1, size), y.clamp(1, size));
+                        let three = [at(face, within_x, within_y), at(face, x, within_y), at(face, within_x, y)];
+                        [0, 1, 2].map(|c| three.iter().map(|texel| texel[c]).sum::<f32>() / 3.0)
                     };
-                    let nearest = |c: f64| (0.5 * (c + 1.0) * n).floor().clamp(0.0, last) as u32;
-                    let [r, g, b] = texels[((face * size + nearest(t)) * size + nearest(s)) as usize];
                     self.texels.push([r, g, b, 0.0]);
                 }
             }
@@ -62,12 +74,8 @@ pub struct Maps {
     pub(super) mips: u32,
     /// First level of the environment itself.
     pub(super) source_level: u32,
-    /// Width and height of the table.
-    pub(super) table_size: (u32, u32),
-    /// Where a table's texels are taken.
-    pub(super) points: Points,
-    /// Scale and bias, n·v ascending along x, roughness along y.
-    pub(super) table: Vec<[f32; 2]>,
+    /// The table of the split sum.
+    pub(super) table: Lut,
     /// Radiance of the environment by direction: its first level.
     pub(super) source: CubeMap,
     /// What the filtered levels are made with.
@@ -78,7 +86,7 @@ pub struct Maps {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Given<'a> {
     /// A split-sum table.
-    pub table: Option<&'a Texture>,
+    pub table: Option<&'a Lut>,
     /// A filtered cube.
     pub specular: Option<&'a Texture>,
     /// An irradiance cube.
@@ -96,25 +104,15 @@ impl Maps {
         backend: &Backend,
         on: &mut OnProgress<'_>,
     ) -> Result<Maps> {
-        let kernel = kernel(model);
         let specular = match (given.specular, environment) {
             (Some(cube), _) => cube.clone(),
-            (None, Some(environment)) => {
-                let request = SpecularRequest {
-                    kernel: kernel.into(),
-                    size: Some(size),
-                    mips: Some((size / LAST).max(1).ilog2() + 1),
-                    ..Default::default()
-                };
-                request.resolve()?.run(environment, backend, on)?
-            }
+            (None, Some(environment)) => filtered(environment, model, size, backend, on)?,
             (None, None) => return Err(Error::usage("the spheres need light", "give --env, or leave it out")),
         };
         let job = cube_job(&specular)?;
         let source = first_level(&specular);
-        let request = SpecularRequest { kernel: "lambert".into(), size: Some(DIFFUSE_SIZE), ..Default::default() };
         let light = environment.map_or_else(|| Environment::from(&source), Environment::borrowed);
-        let irradiance = request.resolve()?.run(&light, backend, on)?;
+        let irradiance = irradiance(&light, backend, on)?;
         let kernel = given.diffuse.map(cube_job).transpose()?.map(|job| job.kernel);
         if let Some(kernel) = kernel.filter(|k| k.least_alpha.is_some()) {
             let what = format!("an irradiance map is filtered with lambert, not with {}", kernel.name);
@@ -122,17 +120,7 @@ impl Maps {
         }
         let table = match given.table {
             Some(table) => table.clone(),
-            None => {
-                // With the values at both ends, where there are any: nothing is read beyond the last texel.
-                let points = if model.check_limits(true, true).is_ok() { Points::Edges } else { Points::Centers };
-                let request = TableRequest {
-                    points,
-                    ndf: model.ndf.to_string(),
-                    visibility: model.visibility.name.into(),
-                    ..TableRequest::new("split-sum")
-                };
-                request.resolve()?.run(backend, on)?
-            }
+            None => Lut::new(&split_sum(model, backend, on)?)?,
         };
 
         let mut levels = Levels::default();
@@ -153,9 +141,9 @@ impl Maps {
             }
             average = halved(&average);
         }
-        let (table_size, points, table) = split_sum(&table)?;
         let mips = specular.levels.len() as u32;
-        Ok(Maps { levels, mips, source_level, table_size, points, table, source, kernel: job.kernel.name.into() })
+        let kernel = job.kernel.name.into();
+        Ok(Maps { levels, mips, source_level, table, source, kernel })
     }
 
     /// Mean radiance of the environment.
@@ -180,14 +168,6 @@ impl Maps {
     pub(super) fn texel_sr(&self) -> f64 {
         4.0 * std::f64::consts::PI / (6.0 * f64::from(self.source.size).powi(2))
     }
-
-    /// Texel of the table = coordinate · scale + shift, along x and along y.
-    pub(super) fn table_map(&self) -> [(f64, f64); 2] {
-        [self.table_size.0, self.table_size.1].map(|n| match self.points {
-            Points::Centers => (f64::from(n), -0.5),
-            Points::Edges => (f64::from(n - 1), 0.0),
-        })
-    }
 }
 
 /// The filter kernel of the model's own distribution; GGX's where none is made for it.
@@ -195,8 +175,45 @@ pub fn kernel(model: &Model) -> &'static str {
     ZONALS.iter().map(|k| k.name).find(|name| *name == model.ndf.family.name).unwrap_or("ggx")
 }
 
+/// An environment filtered for the spheres, `size` texels along a side of mip 0.
+pub(crate) fn filtered(
+    environment: &Environment<'_>,
+    model: &Model,
+    size: u32,
+    backend: &Backend,
+    on: &mut OnProgress<'_>,
+) -> Result<Texture> {
+    let request = SpecularRequest {
+        kernel: kernel(model).into(),
+        size: Some(size),
+        mips: Some((size / LAST).max(1).ilog2() + 1),
+        ..Default::default()
+    };
+    request.resolve()?.run(environment, backend, on)
+}
+
+/// Its irradiance over π.
+pub(crate) fn irradiance(environment: &Environment<'_>, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
+    let request = SpecularRequest { kernel: "lambert".into(), size: Some(DIFFUSE_SIZE), ..Default::default() };
+    request.resolve()?.run(environment, backend, on)
+}
+
+/// Scale, bias and tint of a model.
+pub(crate) fn split_sum(model: &Model, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
+    // With the values at both ends, where there are any: nothing is read beyond the last texel.
+    let points = if model.check_limits(true, true).is_ok() { Points::Edges } else { Points::Centers };
+    let request = TableRequest {
+        points,
+        ndf: model.ndf.to_string(),
+        visibility: model.visibility.name.into(),
+        channels: Some(["scale", "bias", "f82"].map(String::from).to_vec()),
+        ..TableRequest::new("split-sum")
+    };
+    request.resolve()?.run(backend, on)
+}
+
 /// The job behind a cube that this program wrote.
-fn cube_job(texture: &Texture) -> Result<SpecularJob> {
+pub(crate) fn cube_job(texture: &Texture) -> Result<SpecularJob> {
     if texture.shape != Shape::Cube {
         return Err(Error::usage("the spheres are lit by cubes, and this is none", "bake it with --shape cube"));
     }
@@ -204,11 +221,34 @@ fn cube_job(texture: &Texture) -> Result<SpecularJob> {
 }
 
 /// The texels of a level as RGB.
-fn rgb(texture: &Texture, level: usize) -> Vec<[f32; 3]> {
+pub(crate) fn rgb(texture: &Texture, level: usize) -> Vec<[f32; 3]> {
     texture.levels[level].chunks_exact(texture.channels.len()).map(|t| [t[0], t[1], t[2]]).collect()
 }
 
-fn first_level(texture: &Texture) -> CubeMap {
+/// A cube of a file whose axes point elsewhere ([`crate::env::FileAxes`]), with the axes of [`crate::term::cube`]: the same
+/// texels in another order.
+pub fn upright(mut cube: Texture) -> Result<Texture> {
+    let axes = Options::from_meta(&cube.meta)?.file_axes;
+    if axes == FileAxes::IDENTITY {
+        return Ok(cube);
+    }
+    let frame = Frame::IDENTITY.for_file(&axes);
+    for m in 0..cube.levels.len() {
+        let size = cube.level_size(m).0;
+        let mut level = Vec::with_capacity(cube.levels[m].len());
+        for i in 0..6 * size * size {
+            let (s, t) = orientation::centre(i % size, i / size % size, size);
+            let (face, s, t) = locate(frame.from_picture(direction(i / (size * size), s, t)));
+            let at = |c: f64| (0.5 * (c + 1.0) * f64::from(size)) as u32;
+            level.extend_from_slice(cube.texel(m, face, at(s), at(t)));
+        }
+        cube.levels[m] = level;
+    }
+    Ok(cube)
+}
+
+/// Mip 0 of a cube, as an environment.
+pub fn first_level(texture: &Texture) -> CubeMap {
     CubeMap { size: texture.width, texels: rgb(texture, 0) }
 }
 
@@ -235,42 +275,24 @@ fn halved(cube: &CubeMap) -> CubeMap {
     CubeMap { size, texels }
 }
 
-/// Size, points, scale and bias.
-type SplitSum = ((u32, u32), Points, Vec<[f32; 2]>);
-
-/// The content of a table, n·v ascending along x and roughness along y.
-fn split_sum(table: &Texture) -> Result<SplitSum> {
-    let job = TableJob::from_meta(table)?;
-    let refuse = |what: &str| {
-        Error::usage(
-            format!("the spheres cannot be shaded with a table {what}"),
-            "give one that `brdf-baker bake split-sum` wrote with axes n_dot_v and roughness",
-        )
-    };
-    let channel = |name: &str| table.channels.iter().position(|c| c == name);
-    let (Some(scale), Some(bias)) = (channel("scale"), channel("bias")) else {
-        return Err(refuse("without scale and bias"));
-    };
-    let [x, y] = job.axes[..] else { return Err(refuse("of one axis")) };
-    if [x, y].iter().any(|a| a.shift != 0 || a.warp != a.warp.coordinate().plain()) {
-        return Err(refuse("over other coordinates than n.v and roughness"));
-    }
-    // n·v along x.
-    let swapped = x.warp.coordinate() == Coordinate::Roughness;
-    let (across, down) = if swapped { (y, x) } else { (x, y) };
-    let mut values = Vec::with_capacity((across.len * down.len) as usize);
-    for row in 0..down.len {
-        for column in 0..across.len {
-            let at = |axis: crate::axis::Axis, i: u32| if axis.reversed { axis.len - 1 - i } else { i };
-            let (column, row) = (at(across, column), at(down, row));
-            let texel = if swapped { table.texel(0, 0, row, column) } else { table.texel(0, 0, column, row) };
-            values.push([texel[scale], texel[bias]]);
-        }
-    }
-    Ok(((across.len, down.len), x.points, values))
-}
-
 /// White from everywhere.
 pub fn furnace() -> CubeMap {
     CubeMap::from_fn(16, |_| [1.0; 3])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn borders_are_the_neighbours_and_corners_their_mean() {
+        // Face f holds f everywhere.
+        let texels: Vec<[f32; 3]> = (0..6 * 4).map(|i| [(i / 4) as f32; 3]).collect();
+        let mut levels = Levels::default();
+        levels.push(2, &texels, 0.0);
+        let at = |face: u32, x: u32, y: u32| levels.texels[((face * 4 + y) * 4 + x) as usize][0];
+        // +Z has −X to the left, +X to the right, +Y above.
+        assert_eq!([at(4, 1, 1), at(4, 0, 1), at(4, 3, 2), at(4, 1, 0)], [4.0, 1.0, 0.0, 2.0]);
+        assert_eq!([at(4, 0, 0), at(4, 3, 3)], [(4.0 + 1.0 + 2.0) / 3.0, (4.0 + 0.0 + 3.0) / 3.0]);
+    }
 }

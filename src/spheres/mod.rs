@@ -1,7 +1,7 @@
 //! The preview: spheres under an environment, shaded with baked maps as engines do, and by an integral of the same BRDF.
 //!
-//! **Split sum.** `prefiltered(r, roughness) · (F0 · scale + bias)` with F0 = mix(0.04, base colour, metallic), and the
-//! irradiance over π times the base colour of what is not metal, less what the dielectric's surface reflects
+//! **Split sum.** `prefiltered(r, roughness) · (F0 · scale + bias)` with F0 = mix(0.04, base colour, metallic), less the F82
+//! tint of a named metal's edge ([`Sphere::edge`]), and the irradiance over π times the base colour of what is not metal, less what the dielectric's surface reflects
 //! ([`crate::term::surface`]). Compensation for multiple scattering multiplies the specular part (Turquin 2019).
 //!
 //! **Reference.** ∫ f(l, v) L(l) (n·l) dω_l by a lattice of half vectors ([`nodes`]) over the environment that the maps were
@@ -17,7 +17,7 @@
 //! // White spheres in a white room, with compensation: nothing is to be seen.
 //! let (model, room) = (Model::parse("ggx", "smith")?, furnace());
 //! let maps = Maps::new(Some(&(&room).into()), Given::default(), &model, 16, &Backend::Cpu, &mut ignore)?;
-//! let white = Sphere { base: [1.0; 3], metallic: 0.0, roughness: 0.0, f0: 0.04 };
+//! let white = Sphere { base: [1.0; 3], metallic: 0.0, roughness: 0.0, f0: 0.04, edge: [0.0; 3] };
 //! let axes = [Some(Property::Metallic), Some(Property::Roughness)];
 //! let scene = Scene::grid((48, 48), [3, 3], axes, white)?;
 //! let preview = Preview { compensate: true, ..Preview::new(scene, model) };
@@ -27,21 +27,26 @@
 //! ```
 
 mod gpu;
-mod maps;
+mod lut;
+pub(crate) mod maps;
 pub mod nodes;
+mod parts;
 mod picture;
 mod pictures;
 mod scene;
 mod shade;
 
-pub use maps::{Given, Maps, SIZE, furnace, kernel};
+pub use lut::Lut;
+pub use maps::{Given, Maps, SIZE, first_level, furnace, kernel, upright};
 pub use picture::{Difference, Picture, Tone};
 pub use pictures::{Files, Pictures};
+pub(crate) use scene::PARTS;
 pub use scene::{MAX_SIZE, MAX_SPHERES, Property, RADIUS, Scene, Seen, Sphere};
 
 use rayon::prelude::*;
 
 use crate::bake::{Backend, Model};
+use crate::env::Frame;
 use crate::error::{Error, Result};
 use crate::progress::{OnProgress, tick};
 use crate::rule::h_split::Row;
@@ -72,6 +77,8 @@ pub struct Preview {
     pub half_vectors: u32,
     /// Textures.
     pub pictures: Pictures,
+    /// How the environment is turned before the viewer, who looks along −Z: from the viewer's directions to the maps'.
+    pub frame: Frame,
 }
 
 /// Where the reference looks.
@@ -80,7 +87,13 @@ struct Lighting {
     rows: Vec<(Row, Vec<Node>)>,
     /// Which of them a sphere has; `None` for a mirror.
     of_sphere: Vec<Option<usize>>,
+    /// Which of them evenly spaced roughnesses from 0 to 1 have, where a texture varies the roughness: a point lies between
+    /// two.
+    lobes: Vec<Option<usize>>,
 }
+
+/// Roughnesses that a texture's are interpolated between.
+const LOBES: usize = 65;
 
 /// Half vectors a pixel of the reference, unless told otherwise: [`Preview::half_vectors`].
 pub const HALF_VECTORS: u32 = 4096;
@@ -97,6 +110,7 @@ impl Preview {
             background: None,
             half_vectors: HALF_VECTORS,
             pictures: Pictures::default(),
+            frame: Frame::IDENTITY,
         }
     }
 
@@ -110,18 +124,20 @@ impl Preview {
             let what = format!("a pixel cannot be looked at along {} half vectors", self.half_vectors);
             return Err(Error::usage(what, format!("use --samples up to {MAX_HALF_VECTORS}")));
         }
-        if method == Method::Reference && self.pictures.vary_roughness {
-            let what = "the reference integrates one roughness a sphere, so it does not go with a texture of roughness";
-            return Err(Error::usage(what, "leave --reference and --compare out, or give --roughness a number"));
-        }
         Ok(())
     }
 
     /// Draws.
     pub fn render(&self, method: Method, maps: &Maps, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Picture> {
         self.check(method)?;
+        if !maps.table.tinted && self.scene.spheres.iter().any(|s| s.edge != [0.0; 3]) {
+            let what = "the edge of a named metal is tinted, and the table has no f82 for it";
+            return Err(Error::usage(what, "bake it with --channels scale,bias,f82, or give the metal's --base-color"));
+        }
         let lighting = match method {
-            Method::SplitSum => Lighting { rows: vec![], of_sphere: vec![None; self.scene.spheres.len()] },
+            Method::SplitSum => {
+                Lighting { rows: vec![], of_sphere: vec![None; self.scene.spheres.len()], lobes: vec![] }
+            }
             Method::Reference => self.lighting(maps),
         };
         let shade = Shade {
@@ -132,6 +148,7 @@ impl Preview {
             lighting: &lighting,
             compensate: self.compensate,
             background: self.background,
+            frame: self.frame,
             method,
         };
         let picture = match backend {
@@ -161,6 +178,9 @@ impl Preview {
     }
 
     fn lighting(&self, maps: &Maps) -> Lighting {
+        if self.pictures.vary_roughness {
+            return self.lighting_of_textures(maps);
+        }
         let texel_sr = maps.texel_sr();
         let (mut rows, mut known, mut of_sphere) = (vec![], Vec::<f64>::new(), vec![]);
         for sphere in &self.scene.spheres {
@@ -177,6 +197,22 @@ impl Preview {
             });
             of_sphere.push(Some(found));
         }
-        Lighting { rows, of_sphere }
+        Lighting { rows, of_sphere, lobes: vec![] }
+    }
+
+    /// A point is shaded by two lobes next to its roughness, each with half of the half vectors. The widths of neighbours
+    /// differ by less than the filtered environment's mips do.
+    fn lighting_of_textures(&self, maps: &Maps) -> Lighting {
+        let (mut rows, mut lobes) = (vec![], vec![]);
+        for i in 0..LOBES {
+            let roughness = i as f64 / (LOBES - 1) as f64;
+            lobes.push(self.model.ndf.lobe(roughness).map(|lobe| {
+                let row = Row::new(&self.model.ndf, self.model.visibility, roughness);
+                let count = self.half_vectors.div_ceil(2);
+                rows.push((row, nodes::half_vectors(&self.model.ndf, &lobe, count, maps.texel_sr())));
+                rows.len() - 1
+            }));
+        }
+        Lighting { rows, of_sphere: vec![Some(0); self.scene.spheres.len()], lobes }
     }
 }

@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn a_brighter_sphere_is_seen() {
-        let grey = Sphere { base: [0.5; 3], metallic: 0.0, roughness: 0.5, f0: 0.04 };
+        let grey = Sphere { base: [0.5; 3], metallic: 0.0, roughness: 0.5, f0: 0.04, edge: [0.0; 3] };
         let scene = Scene::grid((64, 32), [2, 1], [None; 2], grey).expect("valid");
         let flat = |left: f32, right: f32| Picture {
             width: 64,

@@ -11,7 +11,7 @@ pub const MAX_SPHERES: u32 = 16;
 /// Largest side of a picture.
 pub const MAX_SIZE: u32 = 8192;
 /// Samples a pixel, in sixteenths from its middle to the right and downwards: each row and column of eight has one.
-pub(super) const PARTS: [[f64; 2]; 8] =
+pub(crate) const PARTS: [[f64; 2]; 8] =
     [[1.0, -3.0], [-1.0, 3.0], [5.0, 1.0], [-3.0, -5.0], [-5.0, 5.0], [-7.0, -1.0], [3.0, 7.0], [7.0, -7.0]];
 
 /// What runs along a side of the grid, from 0 to 1.
@@ -53,6 +53,9 @@ pub struct Sphere {
     pub roughness: f64,
     /// F0 of the dielectric.
     pub f0: f64,
+    /// What the F82 tint takes from the metal's edge, [`crate::term::fresnel::schlick::edge`]; 0 where Schlick's Fresnel is
+    /// all that is known of it.
+    pub edge: [f64; 3],
 }
 
 /// A grid of spheres and the picture that shows it.
@@ -158,7 +161,7 @@ impl Scene {
 mod tests {
     use super::*;
 
-    const GREY: Sphere = Sphere { base: [0.5; 3], metallic: 0.0, roughness: 0.0, f0: 0.04 };
+    const GREY: Sphere = Sphere { base: [0.5; 3], metallic: 0.0, roughness: 0.0, f0: 0.04, edge: [0.0; 3] };
 
     #[test]
     fn properties_run_from_0_to_1() {

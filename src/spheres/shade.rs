@@ -1,9 +1,11 @@
 //! The kernels of the preview in f64: `shaders/spheres/*`, function by function. What each does is said there.
 
+use super::lut::Lut;
 use super::maps::Maps;
 use super::pictures::Pictures;
 use super::scene::{RADIUS, Scene, Seen};
 use super::{Lighting, Method};
+use crate::env::Frame;
 use crate::term::cube::locate;
 use crate::term::fresnel::schlick::schlick_weight;
 use crate::term::surface::{body, compensation, specular};
@@ -18,6 +20,7 @@ pub(super) struct Shade<'a> {
     pub lighting: &'a Lighting,
     pub compensate: bool,
     pub background: Option<f32>,
+    pub frame: Frame,
     pub method: Method,
 }
 
@@ -27,9 +30,10 @@ struct Surface {
     metallic: f64,
     roughness: f64,
     f0: f64,
+    edge: [f64; 3],
     sphere: usize,
     n: [f64; 3],
-    split: [f64; 2],
+    split: [f64; 3],
 }
 
 fn mix(a: f64, b: f64, share: f64) -> f64 {
@@ -77,7 +81,7 @@ impl Shade<'_> {
 
     fn lookup(&self, level: u32, d: [f64; 3]) -> [f64; 3] {
         let (first, size, _) = self.maps.levels.levels[level as usize];
-        let (face, s, t) = locate(d);
+        let (face, s, t) = locate(self.frame.to_picture(d));
         let n = f64::from(size);
         let place = [s, t].map(|c| (0.5 * c + 0.5) * n + 0.5);
         let whole = place.map(|p| p.floor().min(n));
@@ -105,17 +109,20 @@ impl Shade<'_> {
         mix3(self.lookup(lower, d), self.lookup(upper, d), share)
     }
 
-    fn table(&self, n_dot_v: f64, roughness: f64) -> [f64; 2] {
-        let (width, height) = self.maps.table_size;
-        let [(sx, ox), (sy, oy)] = self.maps.table_map();
+    fn table(&self, n_dot_v: f64, roughness: f64) -> [f64; 3] {
+        let Lut { width, height, warps, place, texels, .. } = &self.maps.table;
+        let (width, height) = (*width, *height);
         let last = [f64::from(width - 1), f64::from(height - 1)];
-        let place = [(n_dot_v * sx + ox).clamp(0.0, last[0]), (roughness * sy + oy).clamp(0.0, last[1])];
+        let place: [f64; 2] = std::array::from_fn(|i| {
+            let (scale, shift) = place[i];
+            (warps[i].position(n_dot_v, roughness) * scale + shift).clamp(0.0, last[i])
+        });
         let whole = [place[0].floor().min((last[0] - 1.0).max(0.0)), place[1].floor().min((last[1] - 1.0).max(0.0))];
         let right = usize::from(width > 1);
         let down = if height > 1 { width as usize } else { 0 };
         let index = whole[1] as usize * width as usize + whole[0] as usize;
         std::array::from_fn(|c| {
-            let at = |i: usize| f64::from(self.maps.table[i][c]);
+            let at = |i: usize| f64::from(texels[i][c]);
             let share = place[0] - whole[0];
             let (above, below) =
                 (mix(at(index), at(index + right), share), mix(at(index + down), at(index + down + right), share));
@@ -123,13 +130,14 @@ impl Shade<'_> {
         })
     }
 
-    fn leaving(&self, s: &Surface, scale_light: [f64; 3], bias_light: [f64; 3], diffuse_light: [f64; 3]) -> [f64; 3] {
+    fn leaving(&self, s: &Surface, light: [[f64; 3]; 3], diffuse_light: [f64; 3]) -> [f64; 3] {
         let albedo = (s.split[0] + s.split[1]).max(1e-6);
         let gain_of = |f0: f64| if self.compensate { compensation(f0, albedo) } else { 1.0 };
         let gain_f0 = gain_of(s.f0);
         let reflected = (s.f0 * s.split[0] + s.split[1]) * gain_f0;
         std::array::from_fn(|c| {
-            specular(scale_light[c], bias_light[c], s.base[c], s.f0, s.metallic, gain_of(s.base[c]), gain_f0)
+            let split = light.map(|part| part[c]);
+            specular(split, s.base[c], s.edge[c], s.f0, s.metallic, gain_of(s.base[c]), gain_f0)
                 + body(s.base[c], s.metallic, reflected) * diffuse_light[c]
         })
     }
@@ -172,14 +180,15 @@ impl Shade<'_> {
             metallic: of.metallic,
             roughness: of.roughness,
             f0: of.f0,
+            edge: of.edge,
             sphere,
             n,
-            split: [0.0; 2],
+            split: [0.0; 3],
         };
         if self.pictures.width > 0 {
             self.paint(&mut s);
         }
-        s.split = self.table(s.n[2].max(1e-4), s.roughness);
+        s.split = self.table(s.n[2].clamp(1e-4, 1.0), s.roughness);
         s
     }
 
@@ -195,7 +204,7 @@ impl Shade<'_> {
 
     fn split_sum(&self, s: &Surface) -> [f64; 3] {
         let light = self.filtered(mirrored(s.n), s.roughness);
-        self.leaving(s, light.map(|l| s.split[0] * l), light.map(|l| s.split[1] * l), self.diffuse(s))
+        self.leaving(s, s.split.map(|part| light.map(|l| part * l)), self.diffuse(s))
     }
 
     fn diffuse(&self, s: &Surface) -> [f64; 3] {
@@ -208,20 +217,31 @@ impl Shade<'_> {
     }
 
     fn reference(&self, s: &Surface) -> [f64; 3] {
+        let lobes = &self.lighting.lobes;
+        if lobes.is_empty() {
+            return self.integral(s, self.lighting.of_sphere[s.sphere]);
+        }
+        let at = s.roughness * (lobes.len() - 1) as f64;
+        let lower = (at as usize).min(lobes.len() - 2);
+        mix3(self.integral(s, lobes[lower]), self.integral(s, lobes[lower + 1]), at - lower as f64)
+    }
+
+    fn integral(&self, s: &Surface, lobe: Option<usize>) -> [f64; 3] {
         let n_dot_v = s.n[2].max(1e-4);
         let other = if s.n[1].abs() < 0.9 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
         let t = crate::env::orientation::normalized(cross(other, s.n));
         let b = cross(s.n, t);
         let about =
             |[x, y]: [f64; 2], z: f64| -> [f64; 3] { std::array::from_fn(|i| x * t[i] + y * b[i] + z * s.n[i]) };
-        let (mut scale_light, mut bias_light) = ([0.0; 3], [0.0; 3]);
-        let mut add = |light: [f64; 3], schlick: f64| {
-            (0..3).for_each(|c| {
-                scale_light[c] += (1.0 - schlick) * light[c];
-                bias_light[c] += schlick * light[c];
-            });
+        let mut sums = [[0.0; 3]; 3];
+        let mut add = |light: [f64; 3], v_dot_h: f64| {
+            let schlick = schlick_weight(1.0 - v_dot_h);
+            let parts = [1.0 - schlick, schlick, v_dot_h * (1.0 - v_dot_h) * schlick];
+            for (sum, part) in sums.iter_mut().zip(parts) {
+                (0..3).for_each(|c| sum[c] += part * light[c]);
+            }
         };
-        match &self.lighting.of_sphere[s.sphere] {
+        match lobe {
             None => {
                 let d = Directions {
                     n_dot_l: n_dot_v,
@@ -234,10 +254,10 @@ impl Shade<'_> {
                 };
                 let g = n_dot_v * (self.visibility.g_over_n_dot_v)(&d);
                 let light = self.lookup(self.maps.source_level, mirrored(s.n));
-                add(light.map(|l| g * l), schlick_weight(1.0 - n_dot_v));
+                add(light.map(|l| g * l), n_dot_v);
             }
             Some(of) => {
-                let (row, nodes) = &self.lighting.rows[*of];
+                let (row, nodes) = &self.lighting.rows[of];
                 let alpha = row.lobe.map_or(0.0, |lobe| lobe.alpha);
                 let sigma_v = row.projected_area(n_dot_v);
                 for node in nodes {
@@ -253,11 +273,11 @@ impl Shade<'_> {
                     let d = Directions { n_dot_l, n_dot_v, n_dot_h, v_dot_h, sigma_l, sigma_v, alpha };
                     let f = node.weight * v_dot_h / n_dot_h * (self.visibility.g_over_n_dot_v)(&d);
                     let light = self.source(l, node.lod + 0.5 * v_dot_h.log2());
-                    add(light.map(|l| f * l), schlick_weight(1.0 - v_dot_h));
+                    add(light.map(|l| f * l), v_dot_h);
                 }
             }
         }
-        self.leaving(s, scale_light, bias_light, self.diffuse(s))
+        self.leaving(s, sums, self.diffuse(s))
     }
 }
 

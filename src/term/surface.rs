@@ -11,18 +11,20 @@ pub fn compensation(f0: f64, albedo: f64) -> f64 {
     1.0 + f0 * (1.0 / albedo - 1.0)
 }
 
-/// Specular reflection of one channel, from the split sum's two parts of it: metallic · metal + (1 − metallic) · dielectric.
-/// `gain_metal` and `gain_dielectric` are their compensations, or 1.
+/// Specular reflection of one channel, from the split sum's parts of it: metallic · metal + (1 − metallic) · dielectric.
+/// `split` holds what F0 and F90 are multiplied with, and the tint that `edge` takes from a metal's
+/// ([`crate::term::fresnel::schlick::edge`]). `gain_metal` and `gain_dielectric` are their compensations, or 1.
 pub fn specular(
-    scale: f64,
-    bias: f64,
+    [scale, bias, f82]: [f64; 3],
     base: f64,
+    edge: f64,
     f0: f64,
     metallic: f64,
     gain_metal: f64,
     gain_dielectric: f64,
 ) -> f64 {
-    let (dielectric, metal) = ((f0 * scale + bias) * gain_dielectric, (base * scale + bias) * gain_metal);
+    let dielectric = (f0 * scale + bias) * gain_dielectric;
+    let metal = (base * scale + bias - edge * f82) * gain_metal;
     dielectric + metallic * (metal - dielectric)
 }
 
@@ -41,8 +43,8 @@ mod tests {
             for metallic in [0.0, 0.3, 1.0] {
                 let albedo = scale + bias;
                 let [metal, dielectric] = [1.0, 0.04].map(|f0| compensation(f0, albedo));
-                let reflected = specular(scale, bias, 1.0, 0.04, metallic, metal, dielectric);
-                let alone = specular(scale, bias, 1.0, 0.04, 0.0, metal, dielectric);
+                let reflected = specular([scale, bias, 0.05], 1.0, 0.0, 0.04, metallic, metal, dielectric);
+                let alone = specular([scale, bias, 0.05], 1.0, 0.0, 0.04, 0.0, metal, dielectric);
                 let total = reflected + body(1.0, metallic, alone);
                 assert!((total - 1.0).abs() < 1e-15, "{scale} {bias} {metallic}: {total}");
             }
@@ -52,6 +54,10 @@ mod tests {
     #[test]
     fn without_compensation_f0_is_mixed() {
         let mixed = 0.04 + 0.7 * (0.5 - 0.04);
-        assert!((specular(0.6, 0.1, 0.5, 0.04, 0.7, 1.0, 1.0) - (mixed * 0.6 + 0.1)).abs() < 1e-15);
+        let split = [0.6, 0.1, 0.02];
+        assert!((specular(split, 0.5, 0.0, 0.04, 0.7, 1.0, 1.0) - (mixed * 0.6 + 0.1)).abs() < 1e-15);
+        // A dielectric's edge is not tinted.
+        let tinted = specular(split, 0.5, 3.0, 0.04, 0.7, 1.0, 1.0);
+        assert!((tinted - (mixed * 0.6 + 0.1 - 0.7 * 3.0 * 0.02)).abs() < 1e-15);
     }
 }

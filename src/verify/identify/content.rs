@@ -116,6 +116,11 @@ impl Transfer {
         }
     }
 
+    /// Values of a texel, from its components.
+    pub fn values(self, stored: &[Value]) -> Vec<f64> {
+        self.decode(stored).into_iter().map(|v| v.value).collect()
+    }
+
     /// Values of a texel and half the distance of neighbouring ones, from the same of its components.
     fn decode(self, stored: &[Value]) -> Vec<Value> {
         let curve = |of: fn(f64) -> f64, v: &Value| Value {

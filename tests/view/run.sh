@@ -1,0 +1,26 @@
+#!/bin/sh
+# Opens a page of `brdf-baker view` in headless Chromium on SwiftShader, uses every control, and compares screenshots with the
+# pictures of `brdf-baker preview`; then a browser without WebGL 2. Chromium and node come from apt when they are missing.
+# Screenshots stay in target/view.
+set -eu
+cd "$(dirname "$0")/../.."
+
+need() { # package, then a command that works when it is there
+    package=$1
+    shift
+    if ! "$@" >/dev/null 2>&1; then
+        echo "view: installing $package"
+        if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
+        $sudo apt-get update -q && $sudo apt-get install -qy --no-install-recommends "$package"
+        "$@" >/dev/null || { echo "view: $package is still missing" >&2; exit 1; }
+    fi
+}
+need nodejs node --version
+need chromium "${CHROMIUM:-chromium}" --version
+
+cargo build --quiet --release
+rm -rf target/view
+mkdir -p target/view
+target/release/brdf-baker sky -o target/view/sky.exr --size 256 --elevation 25 --sun-disc --exposure -5
+target/release/brdf-baker sky -o target/view/evening.exr --size 128 --elevation 4 --azimuth 200 --turbidity 5 --exposure -5
+node tests/view/check.mjs target/release/brdf-baker target/view
