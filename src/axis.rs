@@ -132,7 +132,7 @@ impl Warp {
 
 impl Warp {
     /// The position t in [0, 1] of n·v and a perceptual roughness, both in [0, 1]: [`Warp::formula`], which is the inverse of
-    /// [`Warp::value`]. GLSL twin: `shaders/lib/warp.glsl`.
+    /// [`Warp::value`]. Not a number where the warp is of neither. GLSL twin: `shaders/lib/warp.glsl`.
     pub fn position(self, n_dot_v: f64, roughness: f64) -> f64 {
         match self {
             Warp::NDotV => n_dot_v,
@@ -141,6 +141,7 @@ impl Warp {
             Warp::Angle => n_dot_v.acos() / FRAC_PI_2,
             Warp::Roughness => roughness,
             Warp::Alpha => roughness * roughness,
+            Warp::NDotL | Warp::Curvature => f64::NAN,
         }
     }
 }
