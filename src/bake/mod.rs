@@ -5,10 +5,12 @@ pub mod atlas;
 mod average_albedo;
 pub mod backend;
 pub mod companion;
+mod expanded;
 mod glass;
 mod glass_average;
 pub mod grid;
 pub mod model;
+pub mod own;
 pub mod quality;
 pub mod roughness_law;
 pub(crate) mod slices;
@@ -18,12 +20,14 @@ mod stored;
 pub mod volume;
 
 pub use backend::Backend;
+pub use expanded::RuleChoice;
 pub use model::Model;
 pub use roughness_law::RoughnessLaw;
 pub use stored::Stored;
 pub use volume::{IorMap, VolumeJob};
 
 use self::companion::{COMPANIONS, Companion};
+use self::expanded::Settled;
 use crate::axis::{Axis, Coordinate, Points, Warp};
 use crate::error::{Error, Result, nearest};
 use crate::format::{Encoding, Fingerprint, Steps};
@@ -167,6 +171,8 @@ pub struct TableJob {
     pub channels: Vec<Source>,
     /// The albedo table that this is the average of; `None` for the average of the albedo itself, and for other tables.
     pub of: Option<Stored>,
+    /// How its texels are computed.
+    pub rule: RuleChoice,
 }
 
 /// Where a channel comes from.
@@ -212,6 +218,8 @@ pub struct TableRequest {
     pub channels: Option<Vec<String>>,
     /// The albedo table to average as a shader reads it: [`TableJob::of`].
     pub of: Option<Stored>,
+    /// How its texels are computed.
+    pub rule: RuleChoice,
 }
 
 impl TableRequest {
@@ -229,6 +237,7 @@ impl TableRequest {
             row_shift: 0,
             channels: None,
             of: None,
+            rule: RuleChoice::Direct,
         }
     }
 
@@ -271,6 +280,7 @@ impl TableRequest {
         let model = Model::parse(&self.ndf, &self.visibility)?.with(self.fresnel.unwrap_or(facts.fresnel));
         model.check()?;
         table.check(&model)?;
+        self.rule.check(facts.axes, facts.name)?;
         if self.of.is_some() && facts.name != "average-albedo" {
             return Err(Error::usage(format!("{} is not the average of a stored table", facts.name), ""));
         }
@@ -342,7 +352,7 @@ impl TableRequest {
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
         }
-        Ok(TableJob { table, model, axes, channels, of: self.of })
+        Ok(TableJob { table, model, axes, channels, of: self.of, rule: self.rule })
     }
 }
 
@@ -451,7 +461,7 @@ impl TableJob {
                 self.model.rule_name()
             );
         }
-        let own = self.has_own().then(|| (self.table.facts().rule)(&self.model));
+        let own = self.has_own().then(|| self.rule.name(&(self.table.facts().rule)(&self.model)));
         let companions = self.channels.iter().filter_map(|source| match source {
             Source::Table(_) | Source::Complement(_) => None,
             Source::Companion(companion) => Some(format!("{} by {}", companion.channel.name, companion.rule_name())),
@@ -489,9 +499,9 @@ impl TableJob {
             (found, found.map_or(vec![1.0], |i| self.axes[i].coordinates()))
         };
         let ((x_of, n_dot_v), (_, roughness)) = (of(Coordinate::NDotV), of(Coordinate::Roughness));
-        let all = match self.has_own() {
-            true => self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?,
-            false => vec![],
+        let (all, settled) = match self.has_own() {
+            true => expanded::bake(self, &n_dot_v, &roughness, backend, on)?,
+            false => (vec![], Settled::DIRECT),
         };
         // Every channel as [roughness][n·v].
         let mut planes = Vec::with_capacity(self.channels.len());
@@ -524,7 +534,14 @@ impl TableJob {
             }
         }
         let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
-        Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta: self.meta(backend) })
+        let mut meta = TableJob { rule: settled.rule, ..self.clone() }.meta(backend);
+        if let Some(tail) = settled.tail {
+            meta.set("rule.tail", format!("{tail:.1e} is left out by the series, from the decay of its coefficients"));
+        }
+        if let Some(note) = settled.note {
+            meta.set("rule.note", note);
+        }
+        Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta })
     }
 
     /// The bounds that the texels of a channel keep, by its place in a texel.
@@ -616,6 +633,12 @@ impl TableJob {
 impl TableRequest {
     /// The request that made a file, from what the file says.
     fn from_meta(texture: &Texture) -> Result<TableRequest> {
+        if let (Some(_), name) = (texture.meta.get(own::SOURCE_SHA256), texture.meta.get("brdf")) {
+            return Err(Error::usage(
+                format!("the file holds a BRDF of someone's own, '{}', which is needed again", name.unwrap_or_default()),
+                "`brdf-baker verify FILE --glsl SOURCE.glsl` checks it; other commands do not know such files",
+            ));
+        }
         let get = |key: &str| {
             texture.meta.get(key).ok_or_else(|| {
                 Error::usage(
@@ -646,6 +669,7 @@ impl TableRequest {
             },
             channels: Some(texture.channels.clone()),
             of: texture.meta.get("of").map(Stored::parse).transpose()?,
+            rule: RuleChoice::of_name(texture.meta.get("rule").unwrap_or_default()),
         })
     }
 }

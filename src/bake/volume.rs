@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use super::{Backend, TableJob, TableRequest};
+use super::{Backend, RuleChoice, TableJob, TableRequest};
 use crate::axis::Points;
 use crate::error::{Error, Result};
 use crate::progress::{OnProgress, Progress};
@@ -120,6 +120,12 @@ impl VolumeJob {
             return Err(Error::usage(
                 format!("{} has no axis of refractive indices", request.table),
                 "bake glass or glass-average, or one table an index with --ior",
+            ));
+        }
+        if request.rule != RuleChoice::Direct {
+            return Err(Error::usage(
+                "tables over the index are not expanded: their slices are small",
+                "drop --rule, or bake one table an index with --ior",
             ));
         }
         if request.fresnel.is_some() {

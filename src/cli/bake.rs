@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::axis::Points;
-use brdf_baker::bake::{self, Backend, IorMap, TableJob, TableRequest, VolumeJob};
+use brdf_baker::bake::{self, Backend, IorMap, RuleChoice, TableJob, TableRequest, VolumeJob};
 use brdf_baker::format::{self, Encoding, Output, Repr};
 use brdf_baker::material;
 use brdf_baker::progress::OnProgress;
@@ -17,6 +17,7 @@ use serde_json::json;
 
 use super::Global;
 use super::console::Console;
+use super::own::{OwnArgs, Wanted};
 use super::storage::{self, StorageArgs};
 
 #[derive(clap::Args)]
@@ -34,7 +35,7 @@ pub struct BakeArgs {
     #[arg(
         long,
         value_name = "FILE",
-        conflicts_with_all = ["target", "size", "ndf", "visibility", "fresnel", "axes", "points", "flip_v", "channels"]
+        conflicts_with_all = ["target", "size", "ndf", "visibility", "fresnel", "axes", "points", "flip_v", "channels", "rule"]
     )]
     of: Option<PathBuf>,
     /// Texels: 256, or 128x32 for width x height, or 16x16x16 where a third axis runs over slices [default: 256, over three
@@ -79,9 +80,16 @@ pub struct BakeArgs {
     /// What the channels hold, in order [default: scale,bias for split-sum]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     channels: Option<Vec<String>>,
+    /// How texels are computed: direct, by quadrature at each; expansion, by a series through the quadrature at some
+    /// thousand points, refused where the table is not smooth enough; or auto, whichever of both is right and costs less
+    /// [default: direct]
+    #[arg(long, value_name = "direct|expansion|auto")]
+    rule: Option<String>,
     /// How texels are stored [default: half float where the container has it, single in source code]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
+    #[command(flatten)]
+    own: OwnArgs,
     #[command(flatten)]
     storage: StorageArgs,
 }
@@ -98,6 +106,7 @@ impl BakeArgs {
         let owned = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
         let albedo = self.of.as_deref().map(|path| read_albedo(path, &self.table)).transpose()?;
         let points = self.points.as_deref().map(Points::parse).transpose()?;
+        let rule = self.rule.as_deref().map(RuleChoice::parse).transpose()?.unwrap_or_default();
         let axes = choice.pick("axes", self.axes.map(Some), preset.map(|p| Some(p.axis_names())), None);
         let (axes, map) = split_axes(axes)?;
         let table = preset.map_or(self.table, |p| p.table.into());
@@ -135,18 +144,28 @@ impl BakeArgs {
                 table,
                 fresnel,
                 of: None,
+                rule,
             },
         };
-        let job = Job::new(&request, map, depth)?;
-        let (facts, shape) = (job.slice(), job.shape());
         let path = match (self.output, preset) {
             (Some(path), _) => path,
             (None, Some(preset)) => format!("{}.{}", preset.stem, preset.extension).into(),
             (None, None) => unreachable!("the command line asks for either"),
         };
-        let format = format::for_path(&path)?;
         let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
+        if self.own.given() {
+            if let Some(map) = map {
+                let what = format!("a BRDF of one's own has no axis {map} of refractive indices");
+                return Err(Error::usage(what, "leave it out of --axes"));
+            }
+            let preset = of_preset.zip(preset.map(|p| p.extension));
+            let wanted = Wanted { request, choice, path, encoding: given, preset, storage: self.storage };
+            return self.own.bake(wanted, global, console);
+        }
+        let job = Job::new(&request, map, depth)?;
+        let (facts, shape) = (job.slice(), job.shape());
+        let format = format::for_path(&path)?;
         let channels = facts.channels.len();
         // Halves would round away what the average of stored texels is for.
         let single = Encoding::fitting(Repr::F32, channels).filter(|e| format.encodings(Shape::Table).contains(e));
@@ -186,6 +205,9 @@ impl BakeArgs {
         texture.meta.set("error.bound", format!("{:.0e}", job.bound()));
         texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
         format::certify(&mut texture, storage)?;
+        if let Some(note) = texture.meta.get("rule.note") {
+            console.warn(&format!("--rule auto: {note}"));
+        }
         let written = output.commit(format, &texture, storage)?;
         storage::warn_of_lost_meta(format, &path, console);
 
@@ -217,7 +239,8 @@ impl BakeArgs {
                 "rounding": rounding,
                 "rounding_rms": written.rounding.rms,
                 "checked_texels": report.truth_texels,
-                "rule": job.rule_name(),
+                "rule": texture.meta.get("rule"),
+                "rule_note": texture.meta.get("rule.note"),
                 "output_texels": texture.levels[0].len() / channels,
                 "longest_dispatch_ms": backend.longest_dispatch_ms(),
                 "seconds": seconds,
@@ -260,13 +283,6 @@ impl Job {
         match self {
             Job::Flat(_) => Shape::Table,
             Job::Volume(volume) => volume.shape(),
-        }
-    }
-
-    fn rule_name(&self) -> String {
-        match self {
-            Job::Flat(job) => job.rule_name(),
-            Job::Volume(volume) => volume.rule_name(),
         }
     }
 

@@ -1,4 +1,5 @@
 //! Numerical integration: fixed rules for the bakes, an adaptive integrator for the truth that checks them.
 
 pub mod adaptive;
+pub mod gauss_kronrod;
 pub mod gauss_legendre;

@@ -8,6 +8,7 @@ pub mod engine;
 pub mod environment;
 pub mod identify;
 pub mod law;
+pub mod own;
 pub mod refraction;
 pub mod seams;
 pub mod table;
