@@ -71,13 +71,14 @@ mod imp {
         for (line, column, message) in found.iter().take(SHOWN) {
             let text = user.lines().nth(line - 1).unwrap_or_default();
             // Tabs stay, so that the mark lies below its place.
-            let indent: String =
-                text.chars().take(column - 1).map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
+            let indent: String = text.chars().take(column - 1).map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
             lines.push(format!("{name}:{line}:{column}: {message}\n{line:5} | {text}\n      | {indent}^"));
         }
         if lines.is_empty() {
             // A linker's error has no place: a function that is called but not defined.
-            lines.push(broken.lines().map(|l| l.trim_start_matches("brdf-baker: error: ")).collect::<Vec<_>>().join("\n"));
+            lines.push(
+                broken.lines().map(|l| l.trim_start_matches("brdf-baker: error: ")).collect::<Vec<_>>().join("\n"),
+            );
         }
         Err(Error::input(
             path,

@@ -51,7 +51,10 @@ fn every_texel_is_within_its_bound_on_the_device() {
             let rule = texture.meta.get("rule").unwrap();
             assert!(rule.starts_with("Chebyshev expansion"), "{rule}");
             let (worst, median) = differences(&job, &texture);
-            println!("{table} {} {} {points:?}: {rule}: {worst:.2e}, median {median:.2e}", job.model.ndf, request.visibility);
+            println!(
+                "{table} {} {} {points:?}: {rule}: {worst:.2e}, median {median:.2e}",
+                job.model.ndf, request.visibility
+            );
             let bound = job.tolerance(0);
             assert!(worst <= 0.9 * bound.worst && median <= bound.median, "{worst:e} {median:e}");
             let report = check(&job, &texture, None, Extent::Spot, &mut ignore).unwrap();
@@ -73,25 +76,25 @@ fn device_and_processor_expand_alike() {
 }
 
 #[test]
-fn tail_bounds_what_the_series_leaves_out() {
+fn stated_error_is_that_of_the_series() {
     // On the processor nothing is rounded but the texels.
     for (table, size) in [("split-sum", 64), ("split-sum", 1024), ("albedo", 160)] {
         let job = TableRequest { size: (size, 40), ..request(table, 1, EXPANSION) }.resolve().unwrap();
         let texture = job.run(&Backend::Cpu, &mut ignore).unwrap();
-        let tail: f64 = texture.meta.get("rule.tail").unwrap().split(' ').next().unwrap().parse().unwrap();
+        let stated = texture.meta.get("rule.error").unwrap();
+        let numbers: Vec<f64> = stated.split([' ', ',']).filter_map(|word| word.parse().ok()).collect();
+        let [tail, measured] = numbers[..] else { panic!("{stated}") };
         let (worst, _) = differences(&job, &texture);
-        println!("{table} {size}: {worst:.2e}, tail {tail:.2e}, {}", texture.meta.get("rule").unwrap());
-        assert!(worst <= tail + 6.1e-8 && tail <= 2e-7, "{worst:e}, tail {tail:e}");
+        println!("{table} {size}: {worst:.2e}, {stated}, {}", texture.meta.get("rule").unwrap());
+        // Rounding to single floats, and what lies between the points that were looked at.
+        assert!(worst <= 1.5 * tail.max(measured) + 3.1e-8 && tail.max(measured) <= 2.05e-7, "{worst:e}, {stated}");
     }
 }
 
 #[test]
 fn kinked_table_is_refused_and_auto_bakes_it_directly() {
-    let of = |rule| TableRequest {
-        size: (128, 128),
-        visibility: "cook-torrance".into(),
-        ..request("split-sum", 1, rule)
-    };
+    let of =
+        |rule| TableRequest { size: (128, 128), visibility: "cook-torrance".into(), ..request("split-sum", 1, rule) };
     let error = of(EXPANSION).resolve().unwrap().run(&Backend::Cpu, &mut ignore).unwrap_err();
     assert!(matches!(&error, Error::Usage { .. }), "{error:?}");
     assert!(error.to_string().contains("coefficients") && error.help().contains("--rule direct"), "{error}");

@@ -1,5 +1,6 @@
 //! Tables by expansion: the rule at Chebyshev points in f64 on the processor, the series at every texel on the device.
 
+use std::f64::consts::PI;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -29,8 +30,10 @@ pub enum RuleChoice {
 
 /// What the name of an expanded table's rule begins with.
 const PREFIX: &str = "Chebyshev expansion ";
-/// The tail of the series is at most this share of the table's bound; the rule and single floats take the rest.
+/// The tail of the series, and its error at [`PROBES`] points, are at most this share of the table's bound; the rule and
+/// single floats take the rest.
 const SHARE: f64 = 0.2;
+const PROBES: u32 = 128;
 /// Smaller tables cost less by the rule itself.
 const FEWEST_TEXELS: usize = 1 << 14;
 /// Points between two looks at the listener.
@@ -48,9 +51,7 @@ impl RuleChoice {
             "direct" => Ok(RuleChoice::Direct),
             "expansion" => Ok(RuleChoice::Expansion(None)),
             "auto" => Ok(RuleChoice::Auto),
-            _ => {
-                Err(Error::usage(format!("unknown rule '{name}'"), nearest(name, ["direct", "expansion", "auto"])))
-            }
+            _ => Err(Error::usage(format!("unknown rule '{name}'"), nearest(name, ["direct", "expansion", "auto"]))),
         }
     }
 
@@ -83,19 +84,28 @@ impl RuleChoice {
     }
 }
 
+/// How far an expansion is off the rule that it goes through.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ExpansionError {
+    /// [`Expansion::tail`] of the values in use.
+    pub tail: f64,
+    /// Largest difference at points between those of the expansion.
+    pub measured: f64,
+}
+
 /// What a table was computed by in the end.
 pub(super) struct Settled {
     /// Direct, or an expansion with its terms.
     pub rule: RuleChoice,
-    /// Of an expansion: what the terms that it leaves out add at most.
-    pub tail: Option<f64>,
+    /// Of an expansion: how far it is off the rule.
+    pub error: Option<ExpansionError>,
     /// Why an expansion was not used where one was allowed.
     pub note: Option<String>,
 }
 
 impl Settled {
     /// By the table's rule, as a user chose.
-    pub const DIRECT: Settled = Settled { rule: RuleChoice::Direct, tail: None, note: None };
+    pub const DIRECT: Settled = Settled { rule: RuleChoice::Direct, error: None, note: None };
 }
 
 /// A table's texels, and what they were computed by.
@@ -128,7 +138,7 @@ pub(super) fn bake(
         Ok(expanded) => {
             let settled = RuleChoice::Expansion(Some(expanded.expansion.terms));
             let texels = expanded.texels(job, n_dot_v, roughness, backend, on)?;
-            Ok((texels, Settled { rule: settled, tail: Some(expanded.tail), note: None }))
+            Ok((texels, Settled { rule: settled, error: Some(expanded.error), note: None }))
         }
         Err(why) if auto => direct(Some(format!("direct: {why}")), on),
         Err(why) => Err(Error::usage(
@@ -142,11 +152,11 @@ pub(super) fn bake(
 struct Expanded {
     expansion: Expansion,
     domains: [Domain; 2],
-    tail: f64,
+    error: ExpansionError,
 }
 
 impl Expanded {
-    /// The first of the `tried` numbers of terms that leaves a tail of at most `bound`; otherwise why none does.
+    /// The first of the `tried` numbers of terms that keeps `bound`; otherwise why none does.
     fn new(
         job: &TableJob,
         n_dot_v: &[f64],
@@ -158,22 +168,32 @@ impl Expanded {
         let (Some(x), Some(y)) = (domain(n_dot_v), domain(roughness)) else {
             return Ok(Err("an axis of it has a single coordinate above 0".into()));
         };
+        let chosen: Vec<usize> = job.channels.iter().filter_map(|source| source.value()).collect();
+        // As crowded at the ends as the points are.
+        let probes: Vec<At> = (0..PROBES)
+            .map(|i| {
+                // The additive recurrence of the plastic number (Roberts 2018): even in two dimensions.
+                let even = |step: f64| 0.5 * (1.0 + (PI * (0.5 + f64::from(i) * step).fract()).cos());
+                At { n_dot_v: x.at(even(0.754_877_666_246_693)), roughness: y.at(even(0.569_840_290_998_053)) }
+            })
+            .collect();
+        let expected = rule_at(job, &probes, on)?;
         let mut least = f64::INFINITY;
         for terms in tried {
             let [xs, ys] = [x.points(terms[0]), y.points(terms[1])];
             let points: Vec<At> =
                 xs.iter().flat_map(|x| ys.iter().map(|y| At { n_dot_v: *x, roughness: *y })).collect();
-            let mut values: Vec<Values> = Vec::with_capacity(points.len());
-            for batch in points.chunks(BATCH) {
-                tick(on, "expansion: points", values.len() as f64 / points.len() as f64)?;
-                values.par_extend(batch.par_iter().map(|at| job.table.rule(&job.model, *at)));
+            let expansion = Expansion::through(&rule_at(job, &points, on)?, *terms);
+            let differ = |(at, expected): (&At, &Values)| {
+                let found = expansion.at(x.position(at.n_dot_v), y.position(at.roughness));
+                chosen.iter().map(|c| (found[*c] - expected[*c]).abs()).fold(0.0, worse)
+            };
+            let measured = probes.iter().zip(&expected).map(differ).fold(0.0, worse);
+            let error = ExpansionError { tail: expansion.tail(&chosen), measured };
+            if worse(error.tail, measured) <= bound {
+                return Ok(Ok(Expanded { expansion, domains: [x, y], error }));
             }
-            let expansion = Expansion::through(&values, *terms);
-            let tail = expansion.tail();
-            if tail <= bound {
-                return Ok(Ok(Expanded { expansion, domains: [x, y], tail }));
-            }
-            least = least.min(tail);
+            least = least.min(worse(error.tail, measured));
         }
         Ok(Err(format!("the coefficients of its expansion end at {least:.1e}, and {bound:.1e} is wanted")))
     }
@@ -240,8 +260,7 @@ impl Expanded {
             // One series a coefficient of n·v, at each row; then one a row, at each column.
             let first = Push { points: count, terms, series_step: m, term_step: 1, ..Push::default() };
             passes.run([&rows, &coefficients, &along_rows], first, n, done, on)?;
-            let second =
-                Push { points: x.len() as u32, terms: n, series_step: 1, term_step: count, ..Push::default() };
+            let second = Push { points: x.len() as u32, terms: n, series_step: 1, term_step: count, ..Push::default() };
             passes.run([&columns, &along_rows, &result], second, count, done, on)?;
             texels.extend(gpu.read::<f32>(&result)?);
         }
@@ -292,6 +311,21 @@ impl Passes<'_> {
         }
         Ok(())
     }
+}
+
+/// The table's rule at some places, in parallel.
+fn rule_at(job: &TableJob, places: &[At], on: &mut OnProgress<'_>) -> Result<Vec<Values>> {
+    let mut values = Vec::with_capacity(places.len());
+    for batch in places.chunks(BATCH) {
+        tick(on, "expansion: points", values.len() as f64 / places.len() as f64)?;
+        values.par_extend(batch.par_iter().map(|at| job.table.rule(&job.model, *at)));
+    }
+    Ok(values)
+}
+
+/// The greater one; NaN is the greatest.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.total_cmp(&b).is_ge() { a } else { b }
 }
 
 /// The range of the coordinates above 0; `None` where they are all the same.

@@ -189,7 +189,16 @@ pub enum Source {
 impl Source {
     /// Does it need the table's values?
     fn is_of_table(&self) -> bool {
-        matches!(self, Source::Table(_) | Source::Complement(_))
+        self.value().is_some()
+    }
+
+    /// Which of the table's values it needs.
+    fn value(&self) -> Option<usize> {
+        match self {
+            Source::Table(c) => Some(*c),
+            Source::Complement(_) => Some(0),
+            Source::Companion(_) => None,
+        }
     }
 }
 
@@ -535,8 +544,9 @@ impl TableJob {
         }
         let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
         let mut meta = TableJob { rule: settled.rule, ..self.clone() }.meta(backend);
-        if let Some(tail) = settled.tail {
-            meta.set("rule.tail", format!("{tail:.1e} is left out by the series, from the decay of its coefficients"));
+        if let Some(error) = settled.error {
+            let (tail, measured) = (error.tail, error.measured);
+            meta.set("rule.error", format!("series {tail:.1e} by its decay, {measured:.1e} at points between"));
         }
         if let Some(note) = settled.note {
             meta.set("rule.note", note);
@@ -635,7 +645,10 @@ impl TableRequest {
     fn from_meta(texture: &Texture) -> Result<TableRequest> {
         if let (Some(_), name) = (texture.meta.get(own::SOURCE_SHA256), texture.meta.get("brdf")) {
             return Err(Error::usage(
-                format!("the file holds a BRDF of someone's own, '{}', which is needed again", name.unwrap_or_default()),
+                format!(
+                    "the file holds a BRDF of someone's own, '{}', which is needed again",
+                    name.unwrap_or_default()
+                ),
                 "`brdf-baker verify FILE --glsl SOURCE.glsl` checks it; other commands do not know such files",
             ));
         }

@@ -2,19 +2,20 @@
 //!
 //! Over ln(n·v) and ln(roughness) the tables of smooth lobes are smooth, so that a product of two Chebyshev series
 //! Σ c_ij T_i(x) T_j(y) through the values at the n × m Chebyshev points of a rectangle converges geometrically (Trefethen
-//! 2019, *Approximation Theory and Approximation Practice*, theorem 8.2). A quadrature rule then runs at n·m points, 2,048
-//! for GGX, whatever the size of the table, and each texel costs one sum along n·v and a share of the row's sum along
+//! 2019, *Approximation Theory and Approximation Practice*, theorem 8.2). A quadrature rule then runs at n·m points, 2,048 to
+//! 3,200 for GGX, whatever the size of the table, and each texel costs one sum along n·v and a share of the row's sum along
 //! roughness. √(n·v), or n·v over alpha, converge far worse.
 //!
 //! The coefficients say themselves whether that works: a table with a kink has coefficients that fall like a power only.
-//! [`Expansion::tail`] continues their decay beyond the last ones.
+//! [`Expansion::tail`] continues their decay beyond the last ones. Measured for GGX with height-correlated Smith, f64, both
+//! coordinates from 1/1024: 32 × 64 terms 4e-7, 40 × 80 1.0e-7, 48 × 96 2e-8.
 
 use std::f64::consts::PI;
 
 use crate::term::fresnel::{WEIGHTS, Weights};
 
-/// Numbers of terms along n·v and roughness that are tried in turn; the first is enough for GGX down to 1/1024.
-pub const TERMS: [[usize; 2]; 3] = [[32, 64], [48, 72], [72, 96]];
+/// Numbers of terms along n·v and roughness that are tried in turn.
+pub const TERMS: [[usize; 2]; 4] = [[32, 64], [40, 80], [48, 96], [72, 128]];
 
 /// Sums of coefficients below this are rounding of the values and decay no further.
 const FLOOR: f64 = 1e-9;
@@ -34,13 +35,14 @@ impl Domain {
         2.0 * (coordinate / self.low).ln() / (self.high / self.low).ln() - 1.0
     }
 
+    /// The coordinate at a share in [0, 1] of the way from the least to the greatest.
+    pub fn at(&self, share: f64) -> f64 {
+        (self.low * (share * (self.high / self.low).ln()).exp()).clamp(self.low, self.high)
+    }
+
     /// The coordinates of the `n` Chebyshev points x_j = cos((j + ½) π/n).
     pub fn points(&self, n: usize) -> Vec<f64> {
-        let at = |j: usize| {
-            let x = ((j as f64 + 0.5) * PI / n as f64).cos();
-            (self.low * (0.5 * (1.0 + x) * (self.high / self.low).ln()).exp()).clamp(self.low, self.high)
-        };
-        (0..n).map(at).collect()
+        (0..n).map(|j| self.at(0.5 * (1.0 + ((j as f64 + 0.5) * PI / n as f64).cos()))).collect()
     }
 }
 
@@ -87,12 +89,14 @@ impl Expansion {
         sum(&self.row(roughness), n_dot_v)
     }
 
-    /// What the terms beyond the last ones add at most, if the coefficients go on decaying as they do: along each axis from
-    /// the third to the last quarter by a factor q, the last quarter's sum times q/(1 − q). Infinite where they do not decay.
-    pub fn tail(&self) -> f64 {
+    /// What the terms beyond the last ones add to the chosen values at most, if the coefficients go on decaying as they do:
+    /// along each axis from the third to the last quarter by a factor q, the last quarter's sum times q/(1 − q). Infinite
+    /// where they do not decay.
+    pub fn tail(&self, chosen: &[usize]) -> f64 {
         let [n, m] = self.terms;
         let along = |len: usize, sum: &dyn Fn(usize, usize) -> f64| {
-            let quarter = |k: usize, weight: usize| (k * len / 4..(k + 1) * len / 4).map(|i| sum(i, weight)).sum::<f64>();
+            let quarter =
+                |k: usize, weight: usize| (k * len / 4..(k + 1) * len / 4).map(|i| sum(i, weight)).sum::<f64>();
             let of = |weight: usize| {
                 let (third, last) = (quarter(2, weight), quarter(3, weight));
                 let q = last / third.max(f64::MIN_POSITIVE);
@@ -105,7 +109,7 @@ impl Expansion {
                 }
             };
             // NaN is the greatest.
-            (0..WEIGHTS).map(of).max_by(f64::total_cmp).unwrap_or(f64::NAN)
+            chosen.iter().copied().map(of).max_by(f64::total_cmp).unwrap_or(f64::NAN)
         };
         let c = |i: usize, j: usize, weight: usize| self.coefficients[i * m + j][weight].abs();
         along(n, &|i, weight| (0..m).map(|j| c(i, j, weight)).sum())
@@ -156,22 +160,22 @@ mod tests {
         let f = |x: f64, y: f64| x / (x + y);
         for terms in [[16, 16], [24, 24], [32, 64]] {
             let expansion = expand(terms, f);
-            let (worst, tail) = (worst(&expansion, f), expansion.tail());
+            let (worst, tail) = (worst(&expansion, f), expansion.tail(&[0]));
             assert!(worst <= tail.max(1e-12) && tail < 1.0, "{terms:?}: {worst:e}, tail {tail:e}");
         }
-        assert!(expand([32, 64], f).tail() < 1e-6);
+        assert!(expand([32, 64], f).tail(&[0]) < 1e-6);
     }
 
     #[test]
     fn kink_is_seen_in_the_tail() {
         let f = |x: f64, y: f64| (x - y).abs().max((0.1 - x).max(0.0));
         let expansion = expand([72, 96], f);
-        let (worst, tail) = (worst(&expansion, f), expansion.tail());
+        let (worst, tail) = (worst(&expansion, f), expansion.tail(&[0]));
         assert!(tail > 1e-4 && worst <= tail, "{worst:e}, tail {tail:e}");
     }
 
     #[test]
     fn one_value_that_is_no_number_is_seen() {
-        assert!(expand([16, 16], |x, y| if x > 0.99 && y > 0.99 { f64::NAN } else { x }).tail().is_nan());
+        assert!(expand([16, 16], |x, y| if x > 0.99 && y > 0.99 { f64::NAN } else { x }).tail(&[0]).is_nan());
     }
 }

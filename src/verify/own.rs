@@ -34,7 +34,8 @@ pub struct OwnReport {
     pub texels: usize,
     /// Largest estimate of the finer rule's own error.
     pub reference_error: f64,
-    /// What a texel may be off before rounding: the tolerance of the bake.
+    /// What the rule of the bake may be off. A texel may be off by twice the finer run's estimate more: its rounding, and that
+    /// of the bake.
     pub bound: f64,
     /// Largest difference less what rounding explains, and the largest median of any channel, at the texels of a spot
     /// check: what a bake states of itself.
@@ -80,7 +81,7 @@ pub fn check(
     // Of each channel the differences, and those of the spot check less rounding.
     let count = texture.channels.len();
     let (mut differences, mut beyond) = (vec![vec![]; count], vec![vec![]; count]);
-    let bound = job.options().tolerance;
+    let bound = job.goal();
     let mut bad: Option<(f64, String)> = None;
     let mut bad_texels = 0;
     for ((texel, at), finer) in texels.iter().zip(&places).zip(&finer) {
@@ -100,7 +101,7 @@ pub fn check(
                 let rest = (difference - if stored.is_some() { rounding } else { 0.0 }) / scale;
                 beyond[channel].push(if rest < 0.0 { 0.0 } else { rest });
             }
-            let excess = difference - (bound * scale + rounding + finer.error);
+            let excess = difference - (bound * scale + rounding + 2.0 * finer.error);
             // NaN is not within any bound, and the worst of all.
             if !(excess <= 0.0) && worst.as_ref().is_none_or(|(before, _)| excess.total_cmp(before).is_gt()) {
                 let sentence = format!(

@@ -16,11 +16,12 @@
 //! Cells of (u, x) are integrated by Kronrod's 15 × 15 nodes on the device, and by Gauss's 7 nodes along one side and
 //! Kronrod's along the other: the two differences are the error of the poorer rules, and their sum the estimate of the cell.
 //! The host adds the cells up in f64. Until the estimates of a place add up to its tolerance, the cells that
-//! have most of them are halved, along u, along x, or both.
+//! have most of them are halved, along u, along x, or both. What the evaluation of the BRDF itself is off no difference of
+//! rules can show: it is added from the width of the lobe and the precision.
 
 use rayon::prelude::*;
 
-use super::program::{Cell, PLACE, Precision, Program, SUMS};
+use super::program::{Cell, PLACE as RECORD, Precision, Program, SUMS};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::progress::OnProgress;
@@ -42,7 +43,7 @@ pub(super) struct Place {
 pub(super) struct Integral {
     /// Over the weights 1, (1 − v·h)⁵ and (v·h)(1 − v·h)⁶, or over red, green and blue.
     pub value: [f64; 3],
-    /// Of the worst of them.
+    /// Of the worst of them, rounding included.
     pub error: f64,
     /// Least value of the BRDF at any node.
     pub least: f64,
@@ -51,8 +52,10 @@ pub(super) struct Integral {
 /// How hard to try.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
-    /// Absolute error up to a value of 1, relative to it beyond.
+    /// What the rule may be off beyond what rounding leaves: absolutely up to a value of 1, relative to it beyond.
     pub tolerance: f64,
+    /// What both may be off together.
+    pub most: f64,
     /// Halvings of the first cells beyond what usually suffices, and another scale of the map: nodes that share nothing with
     /// those of 0.
     pub fineness: u32,
@@ -66,8 +69,11 @@ const BAND: usize = 1 << 11;
 const FIRST_RANGE: f64 = 3.0;
 /// Cells are halved no further: single floats hold their ends exactly so far.
 const LEAST_SIDE: f32 = 1.0 / (1 << 22) as f32;
-/// What single precision leaves of a cell's value, in parts of it.
-const SINGLE_ROUNDING: f64 = 3e-7;
+/// What roundings of an integrand leave of a sum, in units of the last place.
+const SUM_ROUNDING: f64 = 4.0;
+/// A distribution of n·h is off by the rounding of n·h times its slope, about this over the square of the width at
+/// which it begins to change. GGX down to alpha 4e-6 is off by a third of that, Blinn-Phong by all.
+const COSINE_ROUNDING: f64 = 0.3;
 
 /// A cell that was integrated.
 #[derive(Clone, Copy)]
@@ -113,7 +119,7 @@ fn integrate_band(
     share: [f64; 2],
     on: &mut OnProgress<'_>,
 ) -> Result<Vec<Integral>> {
-    let records: Vec<[f64; PLACE]> = places.iter().map(|place| record(place, effort)).collect();
+    let records: Vec<[f64; RECORD]> = places.iter().map(|place| record(place, effort)).collect();
     let mut pending: Vec<Cell> =
         (0..).zip(&records).flat_map(|(place, record)| first_cells(place, record, effort)).collect();
     let mut done: Vec<Vec<Done>> = vec![vec![]; places.len()];
@@ -122,9 +128,8 @@ fn integrate_band(
     while !pending.is_empty() {
         let begun = 1.0 - open as f64 / places.len() as f64;
         let progress = share[0] + begun * (share[1] - share[0]);
-        let sums = program.cells(gpu, &records, &pending, colored, &mut |p| {
-            on(crate::progress::Progress { done: progress, ..p })
-        })?;
+        let sums = program
+            .cells(gpu, &records, &pending, colored, &mut |p| on(crate::progress::Progress { done: progress, ..p }))?;
         for (cell, sums) in pending.iter().zip(&sums) {
             let place = cell.place as usize;
             let [a, b, c, along_u, along_x, smallest, _, bad] = *sums;
@@ -137,7 +142,7 @@ fn integrate_band(
         let next: Vec<Result<Vec<Cell>>> = done
             .par_iter_mut()
             .zip(places)
-            .map(|(done, place)| split(done, place, effort.tolerance, program.precision))
+            .map(|(done, place)| split(done, place, effort, program.precision))
             .collect();
         pending.clear();
         open = 0;
@@ -147,25 +152,40 @@ fn integrate_band(
             pending.extend(cells);
         }
     }
-    let sum = |(done, least): (&Vec<Done>, &f64)| {
-        let (value, error) = total(done, program.precision);
-        Integral { value, error, least: *least }
+    let sum = |((done, place), least): ((&Vec<Done>, &Place), &f64)| {
+        let total = Total::of(done, place, program.precision);
+        Integral { value: total.value, error: total.error(), least: *least }
     };
-    Ok(done.iter().zip(&least).map(sum).collect())
+    Ok(done.iter().zip(places).zip(&least).map(sum).collect())
 }
 
-/// Value and error of all cells of a place.
-fn total(done: &[Done], precision: Precision) -> ([f64; 3], f64) {
-    let mut value = [0.0; 3];
-    let mut error = 0.0;
-    for cell in done {
-        value.iter_mut().zip(cell.value).for_each(|(sum, v)| *sum += v);
-        error += cell.error();
+/// The sum of all cells of a place.
+struct Total {
+    value: [f64; 3],
+    /// Sum of the cells' estimates.
+    rule: f64,
+    /// What the evaluation of the BRDF may be off.
+    rounding: f64,
+}
+
+impl Total {
+    fn of(done: &[Done], place: &Place, precision: Precision) -> Total {
+        let mut total = Total { value: [0.0; 3], rule: 0.0, rounding: 0.0 };
+        for cell in done {
+            total.value.iter_mut().zip(cell.value).for_each(|(sum, v)| *sum += v);
+            total.rule += cell.error();
+        }
+        let unit = match precision {
+            Precision::Double => 0.5 * f64::EPSILON,
+            Precision::Single => 0.5 * f64::from(f32::EPSILON),
+        };
+        total.rounding = unit * (SUM_ROUNDING + COSINE_ROUNDING / (place.width * place.width)) * largest(&total.value);
+        total
     }
-    if precision == Precision::Single {
-        error += SINGLE_ROUNDING * largest(&value);
+
+    fn error(&self) -> f64 {
+        self.rule + self.rounding
     }
-    (value, error)
 }
 
 fn largest(value: &[f64; 3]) -> f64 {
@@ -173,11 +193,27 @@ fn largest(value: &[f64; 3]) -> f64 {
 }
 
 /// Takes the cells with most of the error out of `done` and returns their halves; none where the rest is good enough.
-fn split(done: &mut Vec<Done>, place: &Place, tolerance: f64, precision: Precision) -> Result<Vec<Cell>> {
-    let (value, error) = total(done, precision);
-    let allowed = tolerance * largest(&value).max(1.0);
-    if error <= allowed {
-        return Ok(vec![]);
+fn split(done: &mut Vec<Done>, place: &Place, effort: Effort, precision: Precision) -> Result<Vec<Cell>> {
+    let total = Total::of(done, place, precision);
+    let scale = largest(&total.value).max(1.0);
+    let refuse = |why: &str, evaluations: usize| {
+        let Place { n_dot_v, alpha, .. } = place;
+        let (value, error, most) = (total.value[0], total.error(), effort.most * scale);
+        Err(Error::Verify {
+            what: format!(
+                "the BRDF's integral at n.v = {n_dot_v:.6}, alpha = {alpha:.3e} is {value:.4} with an error estimate of \
+                 {error:.1e} after {evaluations} evaluations: {why} (--max-estimate allows more than {most:.1e}, \
+                 --min-roughness leaves out the narrowest lobes)"
+            ),
+        })
+    };
+    // Differences below what rounding leaves mean nothing.
+    let allowed = effort.tolerance * scale + total.rounding;
+    if total.rule <= allowed {
+        return match total.error() <= effort.most * scale {
+            true => Ok(vec![]),
+            false => refuse("n.h is rounded too coarsely for so narrow a lobe", done.len() * NODES * NODES),
+        };
     }
     done.sort_by(|a, b| a.error().total_cmp(&b.error()));
     let mut kept = 0.0;
@@ -198,22 +234,13 @@ fn split(done: &mut Vec<Done>, place: &Place, tolerance: f64, precision: Precisi
     }
     let too_small = halves.iter().any(|cell| cell.du.min(cell.dx) < LEAST_SIDE);
     if too_small || done.len() + halves.len() > MOST_CELLS {
-        let Place { n_dot_v, alpha, .. } = place;
-        return Err(Error::Verify {
-            what: format!(
-                "the BRDF's integral at n.v = {n_dot_v:.6}, alpha = {alpha:.3e} is {:.4} with an error estimate of \
-                 {error:.1e} after {} evaluations, more than {allowed:.1e}: it diverges, jumps, or is rounded too coarsely \
-                 (--max-estimate allows more, --min-roughness leaves out the narrowest lobes)",
-                value[0],
-                (done.len() + halves.len()) * NODES * NODES
-            ),
-        });
+        return refuse("it diverges, or jumps too often", (done.len() + halves.len()) * NODES * NODES);
     }
     Ok(halves)
 }
 
 /// A place as `shaders/own/cells.glsl` reads it.
-fn record(place: &Place, effort: Effort) -> [f64; PLACE] {
+fn record(place: &Place, effort: Effort) -> [f64; RECORD] {
     let mu = place.n_dot_v;
     let sine = ((1.0 - mu) * (1.0 + mu)).sqrt();
     let scale = place.width * if effort.fineness == 0 { 0.5 } else { 0.31 };
@@ -224,7 +251,7 @@ fn record(place: &Place, effort: Effort) -> [f64; PLACE] {
 }
 
 /// Panels of a place's first cells.
-fn first_cells(place: u32, record: &[f64; PLACE], effort: Effort) -> Vec<Cell> {
+fn first_cells(place: u32, record: &[f64; RECORD], effort: Effort) -> Vec<Cell> {
     let mut cells = vec![];
     for panel in 0..3 {
         let range = record[5 + panel] - record[4 + panel];
@@ -243,7 +270,7 @@ fn first_cells(place: u32, record: &[f64; PLACE], effort: Effort) -> Vec<Cell> {
 }
 
 /// The error of a node at which a BRDF is not finite, or of a sum that is not.
-fn not_finite(place: &Place, record: &[f64; PLACE], cell: &Cell, sums: &[f64; SUMS]) -> Error {
+fn not_finite(place: &Place, record: &[f64; RECORD], cell: &Cell, sums: &[f64; SUMS]) -> Error {
     let mut what = format!("the BRDF is not finite at n.v = {:.6}, alpha = {:.3e}", place.n_dot_v, place.alpha);
     if sums[7] > 0.0 {
         let node = sums[7] as usize - 1;
@@ -255,7 +282,7 @@ fn not_finite(place: &Place, record: &[f64; PLACE], cell: &Cell, sums: &[f64; SU
 }
 
 /// The light direction of a node. The twin of `shaders/own/cells.glsl`.
-fn direction(record: &[f64; PLACE], cell: &Cell, i: usize, j: usize) -> [f64; 3] {
+fn direction(record: &[f64; RECORD], cell: &Cell, i: usize, j: usize) -> [f64; 3] {
     let nodes = on_unit_interval();
     let [mu, sine, _, scale, ..] = *record;
     let panel = 4 + cell.panel as usize;
@@ -274,15 +301,20 @@ fn direction(record: &[f64; PLACE], cell: &Cell, i: usize, j: usize) -> [f64; 3]
 mod tests {
     use super::*;
 
+    const PLACE: Place = Place { n_dot_v: 0.5, alpha: 0.25, width: 0.1 };
+    const EFFORT: Effort = Effort { tolerance: 1e-6, most: 1e-5, fineness: 0 };
+
     fn done(errors: &[(f64, f64)]) -> Vec<Done> {
         let cell = Cell { place: 3, panel: 1, u: 0.5, du: 0.25, x: 0.0, dx: 1.0 };
-        errors.iter().map(|(along_u, along_x)| Done { cell, value: [0.1; 3], along_u: *along_u, along_x: *along_x }).collect()
+        errors
+            .iter()
+            .map(|(along_u, along_x)| Done { cell, value: [0.1; 3], along_u: *along_u, along_x: *along_x })
+            .collect()
     }
 
     #[test]
     fn cells_with_most_of_the_error_are_halved_where_it_lies() {
-        let place = Place { n_dot_v: 0.5, alpha: 0.25, width: 0.1 };
-        let split = |list: &mut Vec<Done>| split(list, &place, 1e-6, Precision::Double).unwrap();
+        let split = |list: &mut Vec<Done>| split(list, &PLACE, EFFORT, Precision::Double).unwrap();
         let mut list = done(&[(1e-9, 1e-9), (1e-4, 1e-9), (1e-9, 1e-5), (1e-5, 1e-5)]);
         let halves = split(&mut list);
         assert_eq!((list.len(), halves.len()), (1, 2 + 2 + 4));
@@ -294,21 +326,25 @@ mod tests {
 
     #[test]
     fn what_does_not_converge_is_refused() {
-        let place = Place { n_dot_v: 0.5, alpha: 0.25, width: 0.1 };
-        let error = split(&mut done(&vec![(1.0, 1.0); MOST_CELLS / 2]), &place, 1e-6, Precision::Double).unwrap_err();
+        let error = split(&mut done(&vec![(1.0, 1.0); MOST_CELLS / 2]), &PLACE, EFFORT, Precision::Double).unwrap_err();
         assert!(matches!(error, Error::Verify { .. }) && error.to_string().contains("n.v = 0.5"), "{error}");
+        // Cells that agree, of a lobe that single precision cannot hold.
+        let narrow = Place { width: 1e-3, ..PLACE };
+        let error = split(&mut done(&[(0.0, 0.0)]), &narrow, EFFORT, Precision::Single).unwrap_err();
+        assert!(error.to_string().contains("too coarsely"), "{error}");
+        assert!(split(&mut done(&[(0.0, 0.0)]), &narrow, EFFORT, Precision::Double).unwrap().is_empty());
         let mut tiny = done(&[(1.0, 0.0)]);
         tiny[0].cell.du = LEAST_SIDE;
-        assert!(super::split(&mut tiny, &place, 1e-6, Precision::Double).is_err());
+        assert!(split(&mut tiny, &PLACE, EFFORT, Precision::Double).is_err());
     }
 
     #[test]
     fn panels_end_where_circles_open_and_close() {
         for n_dot_v in [1.0, 0.9, 0.5, 1e-3] {
             let place = Place { n_dot_v, alpha: 0.1, width: 0.01 };
-            let record = record(&place, Effort { tolerance: 1e-6, fineness: 0 });
+            let record = record(&place, EFFORT);
             assert!(record[4..].windows(2).all(|ends| ends[0] <= ends[1]), "{record:?}");
-            let cells = first_cells(0, &record, Effort { tolerance: 1e-6, fineness: 0 });
+            let cells = first_cells(0, &record, EFFORT);
             for cell in &cells {
                 for (i, j) in [(0, 0), (7, 7), (14, 14), (0, 14), (14, 0)] {
                     let l = direction(&record, cell, i, j);

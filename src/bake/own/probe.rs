@@ -47,7 +47,10 @@ pub(super) fn widths(gpu: &Gpu, program: &Program, alphas: &[f64], on: &mut OnPr
         let f: Vec<f64> = values.iter().map(|f| f.iter().fold(0.0, |most, x| x.abs().max(most))).collect();
         if let Some(bad) = values.iter().position(|f| !f.iter().all(|x| x.is_finite())) {
             let theta = tan(STEPS - 1 - bad as i32).atan().to_degrees();
-            return Err(not_finite(*alpha, &format!("n.v = {VIEW}, {theta:.3e} degrees between normal and half vector")));
+            return Err(not_finite(
+                *alpha,
+                &format!("n.v = {VIEW}, {theta:.3e} degrees between normal and half vector"),
+            ));
         }
         let largest = f.iter().copied().fold(0.0, f64::max);
         let changed = f.iter().position(|x| (x - f[0]).abs() > CHANGE * largest);
@@ -58,12 +61,7 @@ pub(super) fn widths(gpu: &Gpu, program: &Program, alphas: &[f64], on: &mut OnPr
 
 /// Looks at pairs of directions for some of the widths, each with the scale of its lobe. Refuses a BRDF that is not
 /// finite, that depends on the azimuth of both directions together, or on the side of the plane of v and n.
-pub(super) fn laws(
-    gpu: &Gpu,
-    program: &Program,
-    lobes: &[(f64, f64)],
-    on: &mut OnProgress<'_>,
-) -> Result<Laws> {
+pub(super) fn laws(gpu: &Gpu, program: &Program, lobes: &[(f64, f64)], on: &mut OnProgress<'_>) -> Result<Laws> {
     let single = program.precision == Precision::Single;
     let wide: Vec<_> = lobes.iter().copied().filter(|(alpha, _)| !single || *alpha >= LEAST_SINGLE_ALPHA).collect();
     let lobes = if wide.is_empty() { lobes } else { &wide };

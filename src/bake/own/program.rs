@@ -39,7 +39,7 @@ impl Precision {
     }
 }
 
-/// Numbers a pair of directions, a place and a cell's sums take; words of a cell.
+/// Numbers that a pair of directions, a place and a cell's sums take.
 pub(super) const PAIR: usize = 8;
 pub(super) const PLACE: usize = 8;
 pub(super) const SUMS: usize = 8;
@@ -126,8 +126,10 @@ impl Program {
         }
         let functions = match double {
             true => include_str!("../../../shaders/own/elementary.glsl").to_string(),
-            false => [include_str!("../../../shaders/term/trig.glsl"), include_str!("../../../shaders/own/single.glsl")]
-                .concat(),
+            false => {
+                [include_str!("../../../shaders/term/trig.glsl"), include_str!("../../../shaders/own/single.glsl")]
+                    .concat()
+            }
         };
         let kernel = |name: &str, main: &str, bindings: u32| {
             let before = [
@@ -143,7 +145,8 @@ impl Program {
         };
         let evaluate = kernel("own/evaluate", include_str!("../../../shaders/own/evaluate.glsl"), 2)?;
         let cells = kernel("own/cells", include_str!("../../../shaders/own/cells.glsl"), 4)?;
-        let nodes: Vec<f64> = gauss_kronrod::on_unit_interval().iter().flat_map(|n| [n.x, n.kronrod, n.gauss]).collect();
+        let nodes: Vec<f64> =
+            gauss_kronrod::on_unit_interval().iter().flat_map(|n| [n.x, n.kronrod, n.gauss]).collect();
         let nodes = upload(gpu, "nodes", &nodes, double)?;
         Ok(Program { precision, evaluate, cells, nodes })
     }
@@ -151,7 +154,7 @@ impl Program {
     /// The BRDF at pairs of directions, (l, v, alpha, 0) each.
     pub fn evaluate(&self, gpu: &Gpu, pairs: &[[f64; PAIR]], on: &mut OnProgress<'_>) -> Result<Vec<[f64; 3]>> {
         let double = self.precision == Precision::Double;
-        let mut values = Vec::with_capacity(pairs.len());
+        let mut values: Vec<[f64; 3]> = Vec::with_capacity(pairs.len());
         for batch in pairs.chunks(BATCH) {
             let input = upload(gpu, "pairs", batch.as_flattened(), double)?;
             let output = buffer(gpu, "values", 3 * batch.len(), double)?;
@@ -172,7 +175,7 @@ impl Program {
     ) -> Result<Vec<[f64; SUMS]>> {
         let double = self.precision == Precision::Double;
         let places = upload(gpu, "places", places.as_flattened(), double)?;
-        let mut sums = Vec::with_capacity(cells.len());
+        let mut sums: Vec<[f64; SUMS]> = Vec::with_capacity(cells.len());
         for batch in cells.chunks(BATCH) {
             let input = gpu.upload("cells", batch)?;
             let output = buffer(gpu, "sums", SUMS * batch.len(), double)?;

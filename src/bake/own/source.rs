@@ -102,7 +102,10 @@ mod tests {
     fn forms_are_told_apart() {
         let form = |text: &str| OwnSource::new(Path::new("a.glsl"), text).map(|s| s.form).ok();
         assert_eq!(form("vec3  brdf (vec3 l, vec3 v, float alpha) { return vec3(1); }"), Some(Form::Brdf));
-        assert_eq!(form("float D(float x, float a) { return x; }\nfloat\nV(float a, float b, float c) {}"), Some(Form::DV));
+        assert_eq!(
+            form("float D(float x, float a) { return x; }\nfloat\nV(float a, float b, float c) {}"),
+            Some(Form::DV)
+        );
         assert_eq!(form("float D(float x, float a) { return x; }"), None);
         assert_eq!(form("// vec3 brdf(vec3 l)\n/* vec3 brdf( */"), None);
         assert_eq!(form("vec3 my_brdf(vec3 l); bvec3 brdf(vec3 l); float brdf(vec3 l);"), None);
