@@ -10,7 +10,7 @@ const double BAKER_HALF_PI = 1.57079632679489661923lf;
 // Taylor's series after reduction by multiples of ln 2.
 double exp(double x) {
     double k = floor(clamp(x, -708.0lf, 709.0lf) * 1.44269504088896340736lf + 0.5lf);
-    double r = (clamp(x, -708.0lf, 709.0lf) - k * BAKER_LN2_HIGH) - k * BAKER_LN2_LOW;
+    precise double r = (clamp(x, -708.0lf, 709.0lf) - k * BAKER_LN2_HIGH) - k * BAKER_LN2_LOW;
     double p = 1.0lf / 6227020800.0lf;
     p = p * r + 1.0lf / 479001600.0lf;
     p = p * r + 1.0lf / 39916800.0lf;
@@ -54,8 +54,9 @@ double log(double x) {
     p = p * z + 1.0lf / 7.0lf;
     p = p * z + 1.0lf / 5.0lf;
     p = p * z + 1.0lf / 3.0lf;
-    double tail = 2.0lf * s * z * p + double(k) * BAKER_LN2_LOW;
-    return double(k) * BAKER_LN2_HIGH + (2.0lf * s + tail);
+    precise double tail = 2.0lf * s * z * p + double(k) * BAKER_LN2_LOW;
+    precise double sum = double(k) * BAKER_LN2_HIGH + (2.0lf * s + tail);
+    return sum;
 }
 
 double exp2(double x) { return exp(x * 0.693147180559945309417lf); }
@@ -65,7 +66,7 @@ double pow(double x, double y) { return x == 0.0lf && y > 0.0lf ? 0.0lf : exp(y 
 // (cos x, sin x): Taylor's series after reduction by multiples of pi/2.
 dvec2 baker_circle(double x) {
     double k = floor(x * 0.636619772367581343076lf + 0.5lf);
-    double r = (x - k * 1.57079632673412561417lf) - k * 6.07710050650619224932e-11lf;
+    precise double r = (x - k * 1.57079632673412561417lf) - k * 6.07710050650619224932e-11lf;
     double z = r * r;
     double s = 1.0lf / 355687428096000.0lf;
     s = s * z - 1.0lf / 1307674368000.0lf;

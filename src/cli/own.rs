@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use brdf_baker::bake::own::{MOST_ESTIMATE, OwnJob, OwnOptions, OwnSource, Precision};
+use brdf_baker::bake::own::{OwnJob, OwnOptions, OwnSource, Precision, usual_most};
 use brdf_baker::bake::{Backend, TableRequest};
 use brdf_baker::format::{self, Encoding, Output, Steps};
 use brdf_baker::progress::Progress;
@@ -32,7 +32,7 @@ pub struct OwnArgs {
     /// device can]
     #[arg(long, value_name = "double|single", requires = "glsl")]
     precision: Option<String>,
-    /// With --glsl: largest estimate of a texel's error that is accepted [default: 2e-5]
+    /// With --glsl: largest estimate of a texel's error that is accepted [default: 2e-5, in single precision 2e-4]
     #[arg(long, value_name = "X", requires = "glsl", allow_hyphen_values = true)]
     max_estimate: Option<f64>,
     /// With --glsl: also write the estimate of every texel's error, as a table of single floats
@@ -63,7 +63,7 @@ impl OwnArgs {
         let source = read(self.glsl.as_deref().unwrap_or(Path::new("")))?;
         let format = format::for_path(&wanted.path)?;
         let least_roughness = in_range("--min-roughness", self.min_roughness, 0.0, 1.0)?.unwrap_or(0.0);
-        let most = in_range("--max-estimate", self.max_estimate, 1e-8, 1.0)?.unwrap_or(MOST_ESTIMATE);
+        let most = in_range("--max-estimate", self.max_estimate, 1e-8, 1.0)?;
         let precision = self.precision.as_deref().map(Precision::parse).transpose()?;
         let estimates = self.estimates.as_deref().map(|path| prepare_estimates(path, &wanted.path)).transpose()?;
         let output = Output::prepare(&wanted.path)?;
@@ -71,6 +71,7 @@ impl OwnArgs {
         let backend = Backend::open(&global.device, global.validate)?;
         let double = matches!(&backend, Backend::Gpu(gpu) if gpu.info().float64);
         let precision = precision.unwrap_or(if double { Precision::Double } else { Precision::Single });
+        let most = most.unwrap_or(usual_most(precision));
         let options = OwnOptions { least_roughness, most, precision };
         let on = &mut |p: Progress<'_>| console.progress(p);
         let job = OwnJob::new(&wanted.request, source, options, &backend, on)?;

@@ -73,8 +73,8 @@ impl Expansion {
             half.extend((0..m).map(|j| weighed(&along_roughness[j], &|k| values[i * m + k])));
         }
         let mut coefficients = Vec::with_capacity(n * m);
-        for i in 0..n {
-            coefficients.extend((0..m).map(|j| weighed(&along_n_dot_v[i], &|k| half[k * m + j])));
+        for weights in &along_n_dot_v {
+            coefficients.extend((0..m).map(|j| weighed(weights, &|k| half[k * m + j])));
         }
         Expansion { terms, coefficients }
     }

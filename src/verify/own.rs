@@ -103,7 +103,8 @@ pub fn check(
             }
             let excess = difference - (bound * scale + rounding + 2.0 * finer.error);
             // NaN is not within any bound, and the worst of all.
-            if !(excess <= 0.0) && worst.as_ref().is_none_or(|(before, _)| excess.total_cmp(before).is_gt()) {
+            let within = excess <= 0.0;
+            if !within && worst.as_ref().is_none_or(|(before, _)| excess.total_cmp(before).is_gt()) {
                 let sentence = format!(
                     "{} at texel ({}, {}), n_dot_v {:.6}, roughness {:.6}, is {found:.8} instead of {expected:.8}",
                     texture.channels[channel], texel[0], texel[1], at.n_dot_v, at.roughness

@@ -9,7 +9,7 @@
 //! whole circles up to t1 = mu/(1 + sv), parts of them up to t2 = (1 + sv)/mu, as in [`crate::rule::h_split`]. So every light
 //! direction has its place, and no node is wasted below the horizon. t = scale·sinh(y) spreads all widths from the
 //! scale of the lobe, which is probed, to the horizon over panels of like length. Panels end at t1, at t2 and at sv/mu, where
-//! the half vector is v: a lobe back to the viewer lies there, at ψ = 0. In each the position is u with
+//! the half vector is v: a lobe back to the viewer lies there, at ψ = 0, and the first cells are as narrow there as it is. In each the position is u with
 //! y = y0 + (y1 − y0) u² (3 − 2u), which removes the square root with which circles open and close, and x = ψ/ψ_max.
 //! The BRDF is symmetric about the plane of v and n (the laws look at that): half of the circle counts twice.
 //!
@@ -36,6 +36,8 @@ pub(super) struct Place {
     pub alpha: f64,
     /// tan θ_h at which the BRDF begins to change.
     pub width: f64,
+    /// Angle from the viewer's direction at which it begins to change there, in radians; infinite where it does not.
+    pub retro: f64,
 }
 
 /// An integral, and how far it can be off.
@@ -120,8 +122,11 @@ fn integrate_band(
     on: &mut OnProgress<'_>,
 ) -> Result<Vec<Integral>> {
     let records: Vec<[f64; RECORD]> = places.iter().map(|place| record(place, effort)).collect();
-    let mut pending: Vec<Cell> =
-        (0..).zip(&records).flat_map(|(place, record)| first_cells(place, record, effort)).collect();
+    let mut pending: Vec<Cell> = (0..)
+        .zip(places)
+        .zip(&records)
+        .flat_map(|((i, place), record)| first_cells(i, place, record, effort))
+        .collect();
     let mut done: Vec<Vec<Done>> = vec![vec![]; places.len()];
     let mut least = vec![f64::INFINITY; places.len()];
     let mut open = places.len();
@@ -250,11 +255,15 @@ fn record(place: &Place, effort: Effort) -> [f64; RECORD] {
     [mu, sine, place.alpha, scale, 0.0, whole.min(viewer), whole.max(viewer), closed]
 }
 
-/// Panels of a place's first cells.
-fn first_cells(place: u32, record: &[f64; RECORD], effort: Effort) -> Vec<Cell> {
+/// The first cells of the place with this index.
+fn first_cells(index: u32, place: &Place, record: &[f64; RECORD], effort: Effort) -> Vec<Cell> {
+    let viewer = (record[1] / place.n_dot_v / record[3]).asinh();
+    // So often the side of a whole panel must be halved to become as narrow as a lobe back to the viewer.
+    let levels = (1.0 / place.retro).log2().ceil().clamp(0.0, 18.0) as u32;
     let mut cells = vec![];
     for panel in 0..3 {
-        let range = record[5 + panel] - record[4 + panel];
+        let ends = [record[4 + panel], record[5 + panel]];
+        let range = ends[1] - ends[0];
         if range <= 0.0 {
             continue;
         }
@@ -262,11 +271,30 @@ fn first_cells(place: u32, record: &[f64; RECORD], effort: Effort) -> Vec<Cell> 
         let along_x = 1u32 << effort.fineness;
         let (du, dx) = (1.0 / along_u as f32, 1.0 / along_x as f32);
         for i in 0..along_u {
-            let cell = |j: u32| Cell { place, panel: panel as u32, u: i as f32 * du, du, x: j as f32 * dx, dx };
-            cells.extend((0..along_x).map(cell));
+            for j in 0..along_x {
+                let cell = Cell { place: index, panel: panel as u32, u: i as f32 * du, du, x: j as f32 * dx, dx };
+                let at_viewer = j == 0 && (i == 0 && ends[0] == viewer || i == along_u - 1 && ends[1] == viewer);
+                if at_viewer {
+                    graded(cell, ends[1] == viewer, levels, &mut cells);
+                } else {
+                    cells.push(cell);
+                }
+            }
         }
     }
     cells
+}
+
+/// Halves a cell again and again towards its corner at x = 0 and its end, or its start, along u.
+fn graded(mut cell: Cell, at_end: bool, levels: u32, cells: &mut Vec<Cell>) {
+    for _ in 0..levels {
+        let (du, dx) = (0.5 * cell.du, 0.5 * cell.dx);
+        let (near, far) = if at_end { (cell.u + du, cell.u) } else { (cell.u, cell.u + du) };
+        cells.push(Cell { u: far, du, dx, ..cell });
+        cells.extend([near, far].map(|u| Cell { u, du, x: cell.x + dx, dx, ..cell }));
+        cell = Cell { u: near, du, dx, ..cell };
+    }
+    cells.push(cell);
 }
 
 /// The error of a node at which a BRDF is not finite, or of a sum that is not.
@@ -301,7 +329,7 @@ fn direction(record: &[f64; RECORD], cell: &Cell, i: usize, j: usize) -> [f64; 3
 mod tests {
     use super::*;
 
-    const PLACE: Place = Place { n_dot_v: 0.5, alpha: 0.25, width: 0.1 };
+    const PLACE: Place = Place { n_dot_v: 0.5, alpha: 0.25, width: 0.1, retro: f64::INFINITY };
     const EFFORT: Effort = Effort { tolerance: 1e-6, most: 1e-5, fineness: 0 };
 
     fn done(errors: &[(f64, f64)]) -> Vec<Done> {
@@ -339,12 +367,31 @@ mod tests {
     }
 
     #[test]
+    fn cells_crowd_around_a_lobe_back_to_the_viewer() {
+        for n_dot_v in [1.0, 0.9, 0.5, 0.01] {
+            let place = Place { n_dot_v, retro: 1e-3, ..PLACE };
+            let record = record(&place, EFFORT);
+            let cells = first_cells(0, &place, &record, EFFORT);
+            let plain = first_cells(0, &PLACE, &record, EFFORT);
+            let area = |cells: &[Cell]| cells.iter().map(|c| f64::from(c.du) * f64::from(c.dx)).sum::<f64>();
+            assert!((area(&cells) - area(&plain)).abs() < 1e-9 && cells.len() > plain.len() + 20);
+            // The smallest cells touch the viewer's direction.
+            let v = [record[1], 0.0, n_dot_v];
+            let narrow = cells.iter().filter(|c| c.dx < 2e-3);
+            let far = |cell: &Cell| {
+                direction(&record, cell, 7, 7).iter().zip(v).map(|(l, v)| (l - v).powi(2)).sum::<f64>().sqrt()
+            };
+            assert!(narrow.clone().count() > 0 && narrow.map(far).all(|d| d < 0.02), "{n_dot_v}");
+        }
+    }
+
+    #[test]
     fn panels_end_where_circles_open_and_close() {
         for n_dot_v in [1.0, 0.9, 0.5, 1e-3] {
-            let place = Place { n_dot_v, alpha: 0.1, width: 0.01 };
+            let place = Place { n_dot_v, alpha: 0.1, width: 0.01, ..PLACE };
             let record = record(&place, EFFORT);
             assert!(record[4..].windows(2).all(|ends| ends[0] <= ends[1]), "{record:?}");
-            let cells = first_cells(0, &record, EFFORT);
+            let cells = first_cells(0, &place, &record, EFFORT);
             for cell in &cells {
                 for (i, j) in [(0, 0), (7, 7), (14, 14), (0, 14), (14, 0)] {
                     let l = direction(&record, cell, i, j);

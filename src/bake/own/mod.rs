@@ -40,9 +40,16 @@ pub struct OwnOptions {
     pub precision: Precision,
 }
 
-/// The largest estimate that is accepted unless something else is asked for. 256 rows of GGX reach 1.5e-5 in double
-/// precision, in the first of them, and 1.1e-6 from the second on.
-pub const MOST_ESTIMATE: f64 = 2e-5;
+/// The largest estimate that is accepted unless something else is asked for.
+///
+/// In double precision GGX keeps it down to alpha 4e-6, the first of 256 rows, in single down to alpha 0.03.
+pub fn usual_most(precision: Precision) -> f64 {
+    match precision {
+        Precision::Double => 2e-5,
+        Precision::Single => 2e-4,
+    }
+}
+
 /// What the rule aims at, beyond what rounding leaves, as a share of the largest estimate.
 const AIM: f64 = 0.05;
 /// n·v = 0 is taken here: a BRDF in code has no limit at grazing that could be found.
@@ -62,8 +69,8 @@ pub struct OwnJob<'a> {
     gpu: &'a Gpu,
     program: Program,
     laws: Laws,
-    /// The scale of the lobe of each width, by its bits.
-    widths: BTreeMap<u64, f64>,
+    /// The scales of the lobes around the mirror direction and back to the viewer, by the bits of alpha.
+    widths: BTreeMap<u64, [f64; 2]>,
 }
 
 /// A texel's values, and how far they can be off.
@@ -118,6 +125,7 @@ impl<'a> OwnJob<'a> {
         let found = probe::widths(gpu, &program, &lobes, on)?;
         let pairs: Vec<(f64, f64)> = lobes.iter().copied().zip(found.iter().copied()).collect();
         let laws = probe::laws(gpu, &program, &pairs, on)?;
+        let retro = probe::retro_widths(gpu, &program, &lobes, on)?;
         if laws.colored && request.table == "split-sum" {
             return Err(Error::usage(
                 "the BRDF is coloured: split-sum holds one without its Fresnel term",
@@ -133,7 +141,8 @@ impl<'a> OwnJob<'a> {
                 "choose channels of the table with --channels, e.g. scale,bias",
             ));
         }
-        let widths = pairs.iter().map(|(alpha, width)| (alpha.to_bits(), *width)).collect();
+        let widths =
+            pairs.iter().zip(retro).map(|((alpha, width), retro)| (alpha.to_bits(), [*width, retro])).collect();
         Ok(OwnJob { base, source, options, backend, gpu, program, laws, widths })
     }
 
@@ -196,8 +205,8 @@ impl<'a> OwnJob<'a> {
     ) -> Result<Vec<Integral>> {
         let place = |(n_dot_v, roughness): (f64, f64)| {
             let alpha = alpha_of(roughness.max(self.options.least_roughness));
-            let width = self.widths.get(&alpha.to_bits()).copied().unwrap_or(alpha);
-            Place { n_dot_v: if n_dot_v == 0.0 { LEAST_N_DOT_V } else { n_dot_v }, alpha, width }
+            let [width, retro] = self.widths.get(&alpha.to_bits()).copied().unwrap_or([alpha, f64::INFINITY]);
+            Place { n_dot_v: if n_dot_v == 0.0 { LEAST_N_DOT_V } else { n_dot_v }, alpha, width, retro }
         };
         let places: Vec<Place> = places.map(place).collect();
         integrate(self.gpu, &self.program, &places, self.laws.colored, effort, on)

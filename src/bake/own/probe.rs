@@ -1,6 +1,8 @@
 //! What a BRDF of one's own is like: how wide its lobe is, whether it has colours, and whether it obeys the laws of
 //! reflection, at sampled pairs of directions.
 
+use std::f64::consts::{PI, TAU};
+
 use super::program::{PAIR, Precision, Program};
 use crate::brdf::half;
 use crate::error::{Error, Result};
@@ -30,6 +32,11 @@ const VIEW: f64 = 0.7;
 const STEPS: i32 = 86;
 /// A lobe begins to change where the BRDF differs from that at h = n by so much of its largest value.
 const CHANGE: f64 = 0.25;
+/// Largest distance from the viewer's direction, in radians, at which a lobe back to it is looked for; steps of a
+/// factor of 2 down from there, and the share of light that does not matter.
+const MOST_RETRO: f64 = 0.1;
+const RETRO_STEPS: usize = 20;
+const RETRO_LIGHT: f64 = 1e-7;
 /// Pairs a width, and most widths that are looked at.
 const PAIRS: usize = 256;
 const WIDTHS: usize = 16;
@@ -59,6 +66,35 @@ pub(super) fn widths(gpu: &Gpu, program: &Program, alphas: &[f64], on: &mut OnPr
     values.chunks_exact(STEPS as usize).zip(alphas).map(width).collect()
 }
 
+/// Angle in radians, of each width, from the viewer's direction to where a lobe back to it begins to change; infinite where
+/// there is none.
+pub(super) fn retro_widths(gpu: &Gpu, program: &Program, alphas: &[f64], on: &mut OnProgress<'_>) -> Result<Vec<f64>> {
+    // Away from the normal, where the mirror direction lies, which has a map of its own.
+    const VIEWS: [f64; 4] = [0.8, 0.6, 0.35, 0.1];
+    let distance = |step: usize| MOST_RETRO * 0.5f64.powi(step as i32);
+    let of_view = |alpha: f64, view: f64| {
+        let angle = view.acos();
+        let towards_normal = move |d: f64| [(angle - d).sin(), 0.0, (angle - d).cos()];
+        let steps = (0..RETRO_STEPS).rev();
+        steps.map(move |step| of(towards_normal(distance(step)), towards_normal(0.0), alpha))
+    };
+    let pairs: Vec<_> =
+        alphas.iter().flat_map(|alpha| VIEWS.iter().flat_map(move |view| of_view(*alpha, *view))).collect();
+    let values = program.evaluate(gpu, &pairs, on)?;
+    let width = |(values, view): (&[[f64; 3]], &f64)| {
+        let f: Vec<f64> = values.iter().map(|f| f.iter().fold(0.0, |most, x| x.abs().max(most))).collect();
+        let largest = f.iter().copied().fold(0.0, f64::max);
+        let changed = f.iter().position(|x| (x - f[0]).abs() > CHANGE * largest);
+        let width = changed.map_or(f64::INFINITY, |i| distance(RETRO_STEPS - 1 - i));
+        // Not of any light, or not finite: the laws look at that.
+        let matters = f[0] * view * PI * width * width > RETRO_LIGHT;
+        if matters { width } else { f64::INFINITY }
+    };
+    let of_alpha =
+        |values: &[[f64; 3]]| values.chunks_exact(RETRO_STEPS).zip(&VIEWS).map(width).fold(f64::INFINITY, f64::min);
+    Ok(values.chunks_exact(RETRO_STEPS * VIEWS.len()).map(of_alpha).collect())
+}
+
 /// Looks at pairs of directions for some of the widths, each with the scale of its lobe. Refuses a BRDF that is not
 /// finite, that depends on the azimuth of both directions together, or on the side of the plane of v and n.
 pub(super) fn laws(gpu: &Gpu, program: &Program, lobes: &[(f64, f64)], on: &mut OnProgress<'_>) -> Result<Laws> {
@@ -75,10 +111,10 @@ pub(super) fn laws(gpu: &Gpu, program: &Program, lobes: &[(f64, f64)], on: &mut 
             let v = polar(0.02 + 0.97 * c, 0.0);
             // Half of the lights anywhere, half where the lobe is.
             let l = if i % 2 == 0 {
-                polar(0.02 + 0.97 * a, std::f64::consts::TAU * b)
+                polar(0.02 + 0.97 * a, TAU * b)
             } else {
                 let tan = width * a / (1.0 - a);
-                let (sin, cos) = (std::f64::consts::TAU * b).sin_cos();
+                let (sin, cos) = (TAU * b).sin_cos();
                 mirrored(v, [tan * cos, tan * sin, 1.0])
             };
             if l[2] <= 1e-3 {
