@@ -89,8 +89,8 @@ fn known_brdfs_agree_with_exact_tables_down_to_narrow_lobes() {
         {
             let model = Model::parse(ndf, visibility).unwrap();
             let source = OwnSource::read(&example(&format!("{file}.glsl"))).unwrap();
-            // Row 0 of 256 has alpha 4e-6; no sheen is that narrow.
-            let size = if file == "charlie" { (6, 6) } else { (2, 256) };
+            // Row 0 of 256 has alpha 4e-6; no sheen is that narrow, and that of 24 is a thread at the horizon.
+            let size = if file == "charlie" { (6, 24) } else { (2, 256) };
             let request = TableRequest {
                 channels: Some(names(&["scale", "bias", "albedo", "f82"])),
                 ..request("split-sum", size)
@@ -270,6 +270,20 @@ fn lobe_back_to_the_viewer_is_found() {
     });
 }
 
+/// Some devices end the loops of an invocation after 65,535 steps without a word.
+#[test]
+fn loop_that_the_device_cuts_short_is_no_result() {
+    on_gpu(|backend| {
+        let body =
+            "float s = 0.0; for (int i = 0; i < 400; i++) { s = fract(s * 1.375 + 0.125); } return vec3(0.25 * s);";
+        let expected = (0..400).fold(0.0f64, |s, _| (s * 1.375 + 0.125).fract()) * 0.25 * PI;
+        match bake(backend, &request("albedo", (2, 2)), whole(body), DOUBLE) {
+            Ok(table) => assert!((f64::from(table.texture.levels[0][0]) - expected).abs() < 1e-5),
+            Err(error) => assert!(error.to_string().contains("a loop ended after"), "{error}"),
+        }
+    });
+}
+
 #[test]
 fn edges_at_grazing_and_with_a_least_roughness_are_baked() {
     on_gpu(|backend| {
@@ -288,7 +302,7 @@ fn edges_at_grazing_and_with_a_least_roughness_are_baked() {
 #[test]
 fn elementary_functions_are_those_of_rust() {
     type Function = (&'static str, fn(f64, f64) -> f64, fn(&mut Random) -> (f64, f64));
-    let functions: [Function; 13] = [
+    let functions: [Function; 15] = [
         ("exp(x)", |x, _| x.exp(), |r| (80.0 * r.next() - 60.0, 0.0)),
         ("exp2(x)", |x, _| x.exp2(), |r| (80.0 * r.next() - 60.0, 0.0)),
         ("log(x)", |x, _| x.ln(), |r| ((60.0 * r.next() - 40.0).exp(), 0.0)),
@@ -301,7 +315,9 @@ fn elementary_functions_are_those_of_rust() {
         ("atan(x)", |x, _| x.atan(), |r| ((8.0 * r.next() - 4.0).sinh(), 0.0)),
         ("asin(x)", |x, _| x.asin(), |r| (2.0 * r.next() - 1.0, 0.0)),
         ("acos(x)", |x, _| x.acos(), |r| (2.0 * r.next() - 1.0, 0.0)),
-        ("tanh(x) + sinh(x) + cosh(x)", |x, _| x.tanh() + x.sinh() + x.cosh(), |r| (8.0 * r.next() - 4.0, 0.0)),
+        ("sinh(x)", |x, _| x.sinh(), |r| (8.0 * r.next() - 4.0, 0.0)),
+        ("cosh(x)", |x, _| x.cosh(), |r| (8.0 * r.next() - 4.0, 0.0)),
+        ("tanh(x)", |x, _| x.tanh(), |r| (8.0 * r.next() - 4.0, 0.0)),
     ];
     const COUNT: usize = 1000;
     on_gpu(|backend| {
@@ -339,10 +355,7 @@ fn elementary_functions_are_those_of_rust() {
             });
             let worst = errors.fold(0.0, |a: f64, b| if b <= a { a } else { b });
             println!("{call}: {worst:.1e}");
-            assert!(
-                worst < if call.starts_with("pow") || call.starts_with("exp") { 2e-14 } else { 2e-15 },
-                "{call}: {worst:e}"
-            );
+            assert!(worst < if call.starts_with("pow") { 2e-14 } else { 4e-15 }, "{call}: {worst:e}");
         }
     });
 }

@@ -26,8 +26,8 @@ double exp(double x) {
     p = p * r + 1.0lf;
     p = p * r + 1.0lf;
     double power = packDouble2x32(uvec2(0u, uint(int(k) + 1023) << 20));
-    // Not a number stays so.
-    return isnan(x) ? x : p * power;
+    // Not a number stays so; numbers too small for a double are 0.
+    return isnan(x) ? x : (x < -708.0lf ? 0.0lf : p * power);
 }
 
 // The series of artanh after reduction to a mantissa in [sqrt(1/2), sqrt(2)].

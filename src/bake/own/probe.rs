@@ -32,6 +32,8 @@ const VIEW: f64 = 0.7;
 const STEPS: i32 = 86;
 /// A lobe begins to change where the BRDF differs from that at h = n by so much of its largest value.
 const CHANGE: f64 = 0.25;
+/// A BRDF below this in all facets up to 42 degrees has no lobe there.
+const LEAST_LOBE: f64 = 1e-6;
 /// Largest distance from the viewer's direction, in radians, at which a lobe back to it is looked for; steps of a
 /// factor of 2 down from there, and the share of light that does not matter.
 const MOST_RETRO: f64 = 0.1;
@@ -59,7 +61,8 @@ pub(super) fn widths(gpu: &Gpu, program: &Program, alphas: &[f64], on: &mut OnPr
                 &format!("n.v = {VIEW}, {theta:.3e} degrees between normal and half vector"),
             ));
         }
-        let largest = f.iter().copied().fold(0.0, f64::max);
+        // Of a lobe elsewhere, a sheen's, powers may leave less than nothing here.
+        let largest = f.iter().copied().fold(LEAST_LOBE, f64::max);
         let changed = f.iter().position(|x| (x - f[0]).abs() > CHANGE * largest);
         Ok(changed.map_or(tan(0), |i| tan(STEPS - 1 - i as i32)))
     };
