@@ -70,6 +70,9 @@ impl OwnArgs {
 
         let backend = Backend::open(&global.device, global.validate)?;
         let double = matches!(&backend, Backend::Gpu(gpu) if gpu.info().float64);
+        if !double && precision.is_none() && matches!(backend, Backend::Gpu(_)) {
+            console.warn(&format!("{} does not compute in double precision: single is used", backend.name()));
+        }
         let precision = precision.unwrap_or(if double { Precision::Double } else { Precision::Single });
         let most = most.unwrap_or(usual_most(precision));
         let options = OwnOptions { least_roughness, most, precision };

@@ -176,6 +176,7 @@ mod tests {
 
     #[test]
     fn one_value_that_is_no_number_is_seen() {
-        assert!(expand([16, 16], |x, y| if x > 0.99 && y > 0.99 { f64::NAN } else { x }).tail(&[0]).is_nan());
+        let expansion = expand([16, 16], |x, y| if x > 0.9 && y > 0.9 { f64::NAN } else { x });
+        assert!(!expansion.tail(&[0]).is_finite());
     }
 }
