@@ -29,6 +29,17 @@ fn main() {
     add("split-sum 256", &["bake", "split-sum", "-o", "a.ktx2"]);
     add("split-sum 512", &["bake", "split-sum", "-o", "a.ktx2", "--size", "512"]);
     add("split-sum 1024", &["bake", "split-sum", "-o", "a.ktx2", "--size", "1024"]);
+    for size in ["512", "1024"] {
+        let title = format!("split-sum {size}, expansion");
+        add(&title, &["bake", "split-sum", "-o", "a.ktx2", "--size", size, "--rule", "expansion"]);
+    }
+    if brdf_baker::glsl::AVAILABLE {
+        for (name, table) in [("ggx", "split-sum"), ("oren_nayar", "albedo")] {
+            let path = format!("{}/examples/brdf/{name}.glsl", env!("CARGO_MANIFEST_DIR"));
+            let title = format!("{table} 64, {name}.glsl");
+            add(&title, &["bake", table, "-o", "a.ktx2", "--size", "64", "--glsl", &path]);
+        }
+    }
     add("split-sum 512, cpu", &["bake", "split-sum", "-o", "a.ktx2", "--size", "512", "--device", "cpu"]);
     add(
         "split-sum 512, uncorrelated",

@@ -9,8 +9,6 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use shader_compiler as shaderc;
-
 use crate::{azimuth_nodes, cone_nodes};
 
 /// What `#include <slot>` may stand for.

@@ -454,7 +454,9 @@ get_shaderc() {
 case ${1:-} in
 --cargo-flags)
 	if [ "$(recorded)" = source ] && [ "$(shaderc_way)" = source ]; then
-		echo '--features build-shaderc'
+		echo '--features glsl,build-shaderc'
+	else
+		echo '--features glsl'
 	fi
 	exit 0
 	;;

@@ -48,6 +48,7 @@ pub mod brdf;
 pub mod env;
 pub mod error;
 pub mod format;
+pub mod glsl;
 pub mod gpu;
 pub mod material;
 pub mod ndf;

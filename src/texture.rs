@@ -83,6 +83,11 @@ impl Meta {
         self.0.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
     }
 
+    /// All pairs but those of some keys.
+    pub fn without(&self, keys: &[&str]) -> Meta {
+        Meta(self.0.iter().filter(|(k, _)| !keys.contains(&k.as_str())).cloned().collect())
+    }
+
     /// All pairs in the order in which they were set.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
         self.0.iter().map(|(k, v)| (k.as_str(), v.as_str()))
@@ -105,6 +110,7 @@ mod tests {
         meta.set("ndf", "ggx");
         meta.set("table", "albedo");
         assert_eq!(meta.iter().collect::<Vec<_>>(), [("table", "albedo"), ("ndf", "ggx")]);
+        assert_eq!(meta.without(&["table", "axes"]).iter().collect::<Vec<_>>(), [("ndf", "ggx")]);
     }
 
     #[test]

@@ -73,6 +73,14 @@ fn every_container_is_baked_verified_and_described() {
     }
 }
 
+#[cfg(not(feature = "glsl"))]
+#[test]
+fn build_without_a_compiler_says_so() {
+    let folder = TempDir::new().unwrap();
+    let bake = ["bake", "split-sum", "--glsl", "mine.glsl", "-o", "a.ktx2"];
+    fails(folder.path(), &bake, &["has no GLSL compiler", "--features glsl"]);
+}
+
 #[test]
 fn containers_without_metadata_say_so_and_are_identified() {
     let folder = TempDir::new().unwrap();

@@ -25,7 +25,7 @@ const WORKGROUP: u32 = 64;
 /// The first slice also compiles the shader, so it is small.
 const FIRST_SLICE: u32 = 4096;
 /// A band of rows has a result buffer of at most this size.
-const BAND_BYTES: u64 = 64 << 20;
+pub(super) const BAND_BYTES: u64 = 64 << 20;
 
 /// A band of the h-split rule has at most this many texels, whose nodes lie in memory.
 const NODES_BAND: usize = 1 << 13;

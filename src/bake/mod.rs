@@ -6,6 +6,7 @@ mod average_albedo;
 pub mod backend;
 pub mod companion;
 mod diffuse;
+mod expanded;
 mod glass;
 mod glass_average;
 pub mod grid;
@@ -14,6 +15,7 @@ pub mod ltc;
 mod ltc_magnitude;
 mod ltc_sheen;
 pub mod model;
+pub mod own;
 pub mod quality;
 pub mod roughness_law;
 mod schlick_weight;
@@ -27,6 +29,7 @@ mod turquin;
 pub mod volume;
 
 pub use backend::Backend;
+pub use expanded::RuleChoice;
 pub use model::Model;
 pub use roughness_law::RoughnessLaw;
 pub use slice_axis::SliceAxis;
@@ -36,6 +39,7 @@ pub use volume::VolumeJob;
 use rayon::prelude::*;
 
 use self::companion::{COMPANIONS, Companion};
+use self::expanded::Settled;
 use self::slice_axis::Kind;
 use crate::axis::{Axis, Coordinate, Points, Warp};
 use crate::error::{Error, Result, nearest};
@@ -274,6 +278,8 @@ pub struct TableJob {
     pub roughness: Option<f64>,
     /// The albedo table that this is the average of; `None` for the average of the albedo itself, and for other tables.
     pub of: Option<Stored>,
+    /// How its texels are computed.
+    pub rule: RuleChoice,
 }
 
 /// Where a channel comes from.
@@ -293,6 +299,15 @@ impl Source {
     /// Does it need the table's values?
     fn is_of_table(&self) -> bool {
         !matches!(self, Source::Companion(_))
+    }
+
+    /// Which of the table's values it needs; `None` where it needs none or all.
+    fn value(&self) -> Option<usize> {
+        match self {
+            Source::Table(c) => Some(*c),
+            Source::Complement(_) => Some(0),
+            Source::Derived(_) | Source::Companion(_) => None,
+        }
     }
 }
 
@@ -323,6 +338,8 @@ pub struct TableRequest {
     pub channels: Option<Vec<String>>,
     /// The albedo table to average as a shader reads it: [`TableJob::of`].
     pub of: Option<Stored>,
+    /// How its texels are computed.
+    pub rule: RuleChoice,
 }
 
 impl TableRequest {
@@ -344,6 +361,7 @@ impl TableRequest {
             row_shift: 0,
             channels: None,
             of: None,
+            rule: RuleChoice::Direct,
         }
     }
 
@@ -398,6 +416,7 @@ impl TableRequest {
         if own_axes.is_empty() {
             return Err(Error::usage(format!("{} at one roughness is one number", facts.name), "drop --roughness"));
         }
+        self.rule.check(table, &own_axes)?;
         let warps: Vec<Warp> = match &self.axes {
             None => own_axes.iter().map(|a| a.plain()).collect(),
             Some(names) => names.iter().map(|n| Warp::parse(n)).collect::<Result<_>>()?,
@@ -470,7 +489,7 @@ impl TableRequest {
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
         }
-        Ok(TableJob { table, model, axes, channels, roughness, of: self.of })
+        Ok(TableJob { table, model, axes, channels, roughness, of: self.of, rule: self.rule })
     }
 }
 
@@ -592,7 +611,7 @@ impl TableJob {
                 self.model.rule_name()
             );
         }
-        let own = self.has_own().then(|| (self.table.facts().rule)(&self.model));
+        let own = self.has_own().then(|| self.rule.name(&(self.table.facts().rule)(&self.model)));
         let companions = self.channels.iter().filter_map(|source| match source {
             Source::Table(_) | Source::Complement(_) | Source::Derived(_) => None,
             Source::Companion(companion) => Some(format!("{} by {}", companion.channel.name, companion.rule_name())),
@@ -634,9 +653,9 @@ impl TableJob {
             of([Coordinate::NDotV, Coordinate::NDotL], 1.0),
             of([Coordinate::Roughness, Coordinate::Curvature], self.roughness.unwrap_or(1.0)),
         );
-        let all = match self.has_own() {
-            true => self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?,
-            false => vec![],
+        let (all, settled) = match self.has_own() {
+            true => expanded::bake(self, &n_dot_v, &roughness, backend, on)?,
+            false => (vec![], Settled::DIRECT),
         };
         let places = || -> Vec<At> {
             let row = |&roughness: &f64| n_dot_v.iter().map(move |&n_dot_v| At { n_dot_v, roughness });
@@ -680,11 +699,18 @@ impl TableJob {
                 texels.extend(planes.iter().map(|plane| plane[texel]));
             }
         }
-        let mut meta = self.meta(backend);
+        let mut meta = TableJob { rule: settled.rule, ..self.clone() }.meta(backend);
         if !all.is_empty() {
             self.table.describe(&self.model, &places(), &all, &mut meta);
         }
         let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
+        if let Some(error) = settled.error {
+            let (tail, measured) = (error.tail, error.measured);
+            meta.set("rule.error", format!("series {tail:.1e} by its decay, {measured:.1e} at points between"));
+        }
+        if let Some(note) = settled.note {
+            meta.set("rule.note", note);
+        }
         Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta })
     }
 
@@ -819,6 +845,15 @@ impl TableJob {
 impl TableRequest {
     /// The request that made a file, from what the file says.
     fn from_meta(texture: &Texture) -> Result<TableRequest> {
+        if let (Some(_), name) = (texture.meta.get(own::SOURCE_SHA256), texture.meta.get("brdf")) {
+            return Err(Error::usage(
+                format!(
+                    "the file holds a BRDF of someone's own, '{}', which is needed again",
+                    name.unwrap_or_default()
+                ),
+                "`brdf-baker verify FILE --glsl SOURCE.glsl` checks it; other commands do not know such files",
+            ));
+        }
         let get = |key: &str| {
             texture.meta.get(key).ok_or_else(|| {
                 Error::usage(
@@ -858,6 +893,7 @@ impl TableRequest {
             },
             channels: Some(texture.channels.clone()),
             of: texture.meta.get("of").map(Stored::parse).transpose()?,
+            rule: RuleChoice::of_name(texture.meta.get("rule").unwrap_or_default()),
         })
     }
 }

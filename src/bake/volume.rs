@@ -4,7 +4,7 @@
 //! Where a refractive index is 1 there is no interface: a slice says that nothing is reflected and all is transmitted.
 
 use super::slice_axis::{Kind, SliceAxis};
-use super::{Backend, TableJob, TableRequest};
+use super::{Backend, RuleChoice, TableJob, TableRequest};
 use crate::axis::Points;
 use crate::error::{Error, Result};
 use crate::progress::{OnProgress, Progress};
@@ -48,6 +48,12 @@ impl VolumeJob {
             };
             return Err(Error::usage(format!("{} has no axis of {}", facts.name, axis.kind().about()), help));
         };
+        if request.rule != RuleChoice::Direct {
+            return Err(Error::usage(
+                "tables over slices are not expanded: their slices are small",
+                "drop --rule, or bake the slices one by one",
+            ));
+        }
         let least = if request.points == Points::Edges { 2 } else { 1 };
         let halves = if axis == SliceAxis::Openpbr { 2 } else { 1 };
         if !(halves * least..=MAX_DEPTH).contains(&depth) || !depth.is_multiple_of(halves) {

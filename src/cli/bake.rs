@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::axis::Points;
-use brdf_baker::bake::{self, Backend, SliceAxis, TableJob, TableRequest, VolumeJob};
+use brdf_baker::bake::{self, Backend, RuleChoice, SliceAxis, TableJob, TableRequest, VolumeJob};
 use brdf_baker::format::{self, Encoding, Format, Output, Repr, Storage};
 use brdf_baker::material;
 use brdf_baker::progress::OnProgress;
@@ -18,6 +18,7 @@ use serde_json::json;
 
 use super::console::Console;
 use super::device::Device;
+use super::own::{OwnArgs, Wanted};
 use super::storage::{self, StorageArgs};
 
 /// The name that stands for all tables of an engine.
@@ -40,7 +41,7 @@ pub struct BakeArgs {
         long,
         value_name = "FILE",
         conflicts_with_all = [
-            "target", "size", "ndf", "visibility", "fresnel", "roughness", "axes", "points", "flip_v", "channels"
+            "target", "size", "ndf", "visibility", "fresnel", "roughness", "axes", "points", "flip_v", "channels", "rule"
         ]
     )]
     of: Option<PathBuf>,
@@ -101,11 +102,35 @@ pub struct BakeArgs {
     /// What the channels hold, in order [default: scale,bias for split-sum]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     channels: Option<Vec<String>>,
+    /// How texels are computed: direct, by quadrature at each; expansion, by a series through the quadrature at some
+    /// thousand points, refused where the table is not smooth enough; or auto, whichever of both is right and costs less
+    /// [default: direct]
+    #[arg(long, value_name = "direct|expansion|auto")]
+    rule: Option<String>,
     /// How texels are stored [default: half float where the container has it, single in source code]
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
     #[command(flatten)]
+    own: OwnArgs,
+    #[command(flatten)]
     storage: StorageArgs,
+}
+
+/// What was asked for, with what the target sets, before it is known to be possible.
+struct Asked {
+    start: Instant,
+    request: TableRequest,
+    map: Option<SliceAxis>,
+    depth: u32,
+    albedo: Option<(PathBuf, Texture, Encoding)>,
+    material: Option<String>,
+    path: PathBuf,
+    encoding: Option<Encoding>,
+    /// Of the target: its encoding and its container's extension.
+    preset: Option<(Encoding, &'static str)>,
+    storage: StorageArgs,
+    choice: Choice,
+    own: OwnArgs,
 }
 
 /// A table to bake, checked before any work.
@@ -124,7 +149,18 @@ impl BakeArgs {
     pub fn run(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
         match self.table.as_str() {
             SET => self.run_set(device, console),
-            _ => self.plan(Path::new(""))?.run(device, None, console),
+            _ => {
+                let asked = self.asked(Path::new(""))?;
+                if !asked.own.given() {
+                    return asked.plan()?.run(device, None, console);
+                }
+                if let Some(map) = asked.map {
+                    let what = format!("a BRDF of one's own has no axis {map} over slices");
+                    return Err(Error::usage(what, "leave it out of --axes"));
+                }
+                let Asked { request, choice, path, encoding, preset, storage, own, .. } = asked;
+                own.bake(Wanted { request, choice, path, encoding, preset, storage }, device, console)
+            }
         }
     }
 
@@ -173,12 +209,21 @@ impl BakeArgs {
             ("channels", self.channels.is_some()),
             ("encoding", self.encoding.is_some()),
             ("of", self.of.is_some()),
+            ("rule", self.rule.is_some()),
+            ("glsl", self.own.given()),
         ];
         given.into_iter().find(|(_, is)| *is).map(|(name, _)| name)
     }
 
     /// Refuses everything that can be refused before any work. `folder` is where a file goes that the target names.
     pub fn plan(self, folder: &Path) -> Result<BakePlan> {
+        if self.own.given() {
+            return Err(Error::usage("a BRDF of one's own is not baked from a recipe", "use `brdf-baker bake --glsl`"));
+        }
+        self.asked(folder)?.plan()
+    }
+
+    fn asked(self, folder: &Path) -> Result<Asked> {
         let start = Instant::now();
         let mut fresnel = match (self.exponent, self.f0, self.ior) {
             (Some(exponent), ..) => Some(Fresnel::power(exponent)?),
@@ -193,6 +238,7 @@ impl BakeArgs {
         let owned = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
         let albedo = self.of.map(|path| read_albedo(path, &self.table)).transpose()?;
         let points = self.points.as_deref().map(Points::parse).transpose()?;
+        let rule = self.rule.as_deref().map(RuleChoice::parse).transpose()?.unwrap_or_default();
         let table = preset.map_or(self.table, |p| p.table.into());
         let (own_axes, usual_request) = (bake::table(&table)?.facts().axes, TableRequest::new(&table));
         let of_preset = preset.map(|p| Some(p.axis_names()));
@@ -235,33 +281,46 @@ impl BakeArgs {
                 table,
                 fresnel,
                 of: None,
+                rule,
             },
         };
-        let job = Job::new(&request, map, depth)?;
-        let (facts, shape) = (job.slice(), job.shape());
         let path = match (self.output, preset) {
             (Some(path), _) => path,
             (None, Some(preset)) => folder.join(format!("{}.{}", preset.stem, preset.extension)),
             (None, None) => unreachable!("the command line asks for either"),
         };
-        let format = format::for_path(&path)?;
         let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
+        let preset = of_preset.zip(preset.map(|p| p.extension));
+        let (material, storage, own) = (self.material, self.storage, self.own);
+        Ok(Asked { start, request, map, depth, albedo, material, path, encoding: given, preset, storage, choice, own })
+    }
+}
+
+impl Asked {
+    fn plan(self) -> Result<BakePlan> {
+        let Asked {
+            start, request, map, depth, albedo, material, path, encoding: given, preset, storage, choice, ..
+        } = self;
+        let job = Job::new(&request, map, depth)?;
+        let (facts, shape) = (job.slice(), job.shape());
+        let format = format::for_path(&path)?;
         let channels = facts.channels.len();
         // Halves would round away what the average of stored texels is for, and what some tables hold.
         let single = Encoding::fitting(Repr::F32, channels).filter(|e| format.encodings(Shape::Table).contains(e));
-        let needs_single = albedo.is_some() || (facts.table.usual().single && of_preset.is_none());
+        let needs_single = albedo.is_some() || (facts.table.usual().single && preset.is_none());
         let given = given.or(single.filter(|_| needs_single));
-        let encoding = choice.encoding(format, shape, channels, given, of_preset)?;
-        let storage = self.storage.of(format, encoding)?;
-        if let Some(preset) = preset {
-            choice.container(format, preset.extension);
+        let mut choice = choice;
+        let encoding = choice.encoding(format, shape, channels, given, preset.map(|(encoding, _)| encoding))?;
+        let storage = storage.of(format, encoding)?;
+        if let Some((_, extension)) = preset {
+            choice.container(format, extension);
         }
         for (i, channel) in facts.channel_facts().enumerate() {
             let [low, high] = facts.range(i);
             format::check_range(&path, format, encoding, channel.name, &(low..=high))?;
         }
-        Ok(BakePlan { start, job, albedo, material: self.material, path, format, storage, choice })
+        Ok(BakePlan { start, job, albedo, material, path, format, storage, choice })
     }
 }
 
@@ -303,6 +362,9 @@ impl BakePlan {
             origin.state(&mut texture.meta);
         }
         format::certify(&mut texture, storage)?;
+        if let Some(note) = texture.meta.get("rule.note") {
+            console.warn(&format!("--rule auto: {note}"));
+        }
         let written = output.commit(format, &texture, storage)?;
         storage::warn_of_lost_meta(format, &path, console);
 
@@ -334,7 +396,8 @@ impl BakePlan {
                 "rounding": rounding,
                 "rounding_rms": written.rounding.most.rms,
                 "checked_texels": report.truth_texels,
-                "rule": job.rule_name(),
+                "rule": texture.meta.get("rule"),
+                "rule_note": texture.meta.get("rule.note"),
                 "output_texels": texture.levels[0].len() / channels,
                 "longest_dispatch_ms": backend.longest_dispatch_ms(),
                 "seconds": seconds,
@@ -377,13 +440,6 @@ impl Job {
         match self {
             Job::Flat(_) => Shape::Table,
             Job::Volume(volume) => volume.shape(),
-        }
-    }
-
-    fn rule_name(&self) -> String {
-        match self {
-            Job::Flat(job) => job.rule_name(),
-            Job::Volume(volume) => volume.rule_name(),
         }
     }
 

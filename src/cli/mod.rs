@@ -11,6 +11,7 @@ mod info;
 mod list;
 mod lit;
 mod materials;
+mod own;
 mod preview;
 mod run;
 mod sky;
@@ -70,7 +71,8 @@ enum Command {
   brdf-baker bake split-sum -o dfg.ktx2
   brdf-baker bake split-sum --for bevy
   brdf-baker bake average-albedo --of albedo.ktx2 -o average.ktx2
-  brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45")]
+  brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45
+  brdf-baker bake split-sum -o mine.ktx2 --glsl my_brdf.glsl --min-roughness 0.045")]
     Bake(Box<bake::BakeArgs>),
     /// Prefilter an environment: specular mips, irradiance, spherical harmonics
     #[command(
@@ -149,7 +151,8 @@ Examples:
     /// Check a baked file, or a table that others made, against an independent f64 integration; exit code 1 if it is wrong
     #[command(after_help = "Examples:
   brdf-baker verify dfg.ktx2
-  brdf-baker verify dfg.ktx2 --full --json")]
+  brdf-baker verify dfg.ktx2 --full --json
+  brdf-baker verify mine.ktx2 --glsl my_brdf.glsl")]
     Verify(verify::VerifyArgs),
     /// Say what a table of unknown origin is: model, channels, axes, encoding; exit code 1 if nothing fits
     #[command(after_help = "Examples:
@@ -207,7 +210,7 @@ pub fn run(args: Args) -> Result<()> {
         Command::Curves(curves) => curves.run(&mut console),
         Command::Preview(preview) => preview.run(&args.global, &mut console),
         Command::View(view) => view.run(&args.global, &mut console),
-        Command::Verify(verify) => verify.run(&mut console),
+        Command::Verify(verify) => verify.run(&args.global, &mut console),
         Command::Identify(identify) => identify.run(&mut console),
         Command::Info { file } => info::run(&file, &mut console),
         Command::Devices => list::devices(&mut console),

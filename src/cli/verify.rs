@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use brdf_baker::bake::own::SOURCE_SHA256;
 use brdf_baker::bake::{TableJob, VolumeJob};
 use brdf_baker::format::{Output, Steps};
 use brdf_baker::progress::Progress;
@@ -11,6 +12,7 @@ use brdf_baker::verify::table::{Extent, TableReport, check};
 use brdf_baker::{Error, Result, report};
 use serde_json::{Value, json};
 
+use super::Global;
 use super::console::Console;
 use super::foreign::{self, File, ModelArgs};
 
@@ -32,6 +34,9 @@ pub struct VerifyArgs {
     /// Also write what was found as one page: texels, errors, slices, laws, conventions
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// The source of the BRDF of one's own that the file holds: computes texels again by a finer rule
+    #[arg(long, value_name = "FILE.glsl")]
+    glsl: Option<PathBuf>,
     #[command(flatten)]
     model: ModelArgs,
 }
@@ -46,7 +51,7 @@ pub struct Checked {
 }
 
 impl VerifyArgs {
-    pub fn run(self, console: &mut Console) -> Result<()> {
+    pub fn run(self, global: &Global, console: &mut Console) -> Result<()> {
         // Everything that can be refused is refused before any work.
         if let Some(bad) = self.max_error.filter(|x| !(x.is_finite() && *x >= 0.0)) {
             return Err(Error::usage(
@@ -56,9 +61,9 @@ impl VerifyArgs {
         }
         let (texture, encoding) = match foreign::read(&self.file)? {
             File::Own(texture, encoding) => (texture, encoding),
-            File::Others(_) if self.report.is_some() || self.source.is_some() => {
+            File::Others(_) if self.report.is_some() || self.source.is_some() || self.glsl.is_some() => {
                 let what = format!(
-                    "'{}' was made by others: --report and --source need a file of this program",
+                    "'{}' was made by others: --report, --source and --glsl need a file of this program",
                     self.file.display()
                 );
                 return Err(Error::usage(what, "drop them; --json has the figures"));
@@ -78,6 +83,13 @@ impl VerifyArgs {
             (false, false) => Extent::Spot,
         };
         let checked = Checked { file: self.file.clone(), extent, max_error: self.max_error, page };
+        if let Some(glsl) = &self.glsl {
+            if texture.meta.get(SOURCE_SHA256).is_none() {
+                let what = format!("'{}' holds no BRDF of one's own", self.file.display());
+                return Err(Error::usage(what, "drop --glsl"));
+            }
+            return super::own::verify(checked, glsl, &texture, encoding, certificate, global, console);
+        }
         let is_table = matches!(texture.shape, Shape::Table | Shape::Volume { .. });
         if !is_table {
             let source = self.source.as_deref();

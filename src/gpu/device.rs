@@ -59,6 +59,8 @@ pub struct DeviceInfo {
     pub api: String,
     /// Largest storage buffer range in bytes.
     pub max_buffer_bytes: u64,
+    /// Kernels may compute in double precision.
+    pub float64: bool,
     raw: vk::PhysicalDevice,
     queue_family: u32,
 }
@@ -195,6 +197,8 @@ impl Instance {
         unsafe { self.raw.get_physical_device_properties2(raw, &mut properties) };
         let limits = properties.properties.limits;
         // SAFETY: `raw` comes from this instance.
+        let features = unsafe { self.raw.get_physical_device_features(raw) };
+        // SAFETY: `raw` comes from this instance.
         let families = unsafe { self.raw.get_physical_device_queue_family_properties(raw) };
         let queue_family = families.iter().position(|f| f.queue_flags.contains(vk::QueueFlags::COMPUTE))?;
         let kind = match basic.device_type {
@@ -225,6 +229,7 @@ impl Instance {
             ),
             max_buffer_bytes: u64::from(limits.max_storage_buffer_range)
                 .min(self.faults.max_buffer.unwrap_or(u64::MAX)),
+            float64: features.shader_float64 == vk::TRUE,
             raw,
             queue_family: queue_family as u32,
         })
@@ -307,8 +312,10 @@ impl Device {
         let priorities = [1.0];
         let queues =
             [vk::DeviceQueueCreateInfo::default().queue_family_index(info.queue_family).queue_priorities(&priorities)];
-        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues);
-        // SAFETY: the physical device and the family come from this instance; no feature or extension is asked for.
+        let features = vk::PhysicalDeviceFeatures::default().shader_float64(info.float64);
+        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_features(&features);
+        // SAFETY: the physical device and the family come from this instance; the device has the feature that is asked for,
+        // and no extension is.
         let raw = unsafe { instance.raw.create_device(info.raw, &create, None) }
             .map_err(|e| gpu_error(&format!("open {}", info.name), e))?;
         // SAFETY: as above.

@@ -2,5 +2,6 @@
 //! that fits look for.
 
 pub mod adaptive;
+pub mod gauss_kronrod;
 pub mod gauss_legendre;
 pub mod newton;

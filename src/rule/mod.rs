@@ -1,9 +1,11 @@
-//! Quadrature rules that bakes are made of. The GLSL twin of `rule/x.rs` is `shaders/rule/x.glsl`.
+//! Quadrature rules that bakes are made of. The GLSL twin of `rule/x.rs` is `shaders/rule/x.glsl`, that
+//! of the expansion, which is a kernel, `shaders/bake/expansion.comp`.
 
 pub mod azimuth_nodes;
 pub mod cone;
 pub mod cone_elliptic;
 pub mod cone_nodes;
+pub mod expansion;
 pub mod fibre_layer;
 pub mod h_split;
 pub mod lobe_nodes;

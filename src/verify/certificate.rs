@@ -84,10 +84,15 @@ impl Certificate {
     }
 
     /// Adds the claims of a table that is baked by this rule.
-    pub fn table(mut self, rule: String, meta: &Meta, report: &TableReport) -> Certificate {
+    pub fn table(self, rule: String, meta: &Meta, report: &TableReport) -> Certificate {
+        self.measured(rule, meta, report.certified_worst, report.certified_median)
+    }
+
+    /// Adds the claims of anything that is baked by this rule and was measured again, less rounding.
+    pub fn measured(mut self, rule: String, meta: &Meta, worst: f64, median: f64) -> Certificate {
         self.rule(meta, rule);
-        self.at_most(meta, "error.worst", report.certified_worst);
-        self.at_most(meta, "error.median", report.certified_median);
+        self.at_most(meta, "error.worst", worst);
+        self.at_most(meta, "error.median", median);
         self.origin(meta);
         self
     }

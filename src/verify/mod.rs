@@ -10,6 +10,7 @@ pub mod fibre_layer;
 pub mod identify;
 pub mod law;
 pub mod ltc;
+pub mod own;
 pub mod refraction;
 pub mod seams;
 pub mod table;

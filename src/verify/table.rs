@@ -337,7 +337,7 @@ fn broken(
 }
 
 /// Indices of up to `n` samples of an axis, both ends and their neighbours included.
-fn samples(len: u32, n: u32) -> Vec<u32> {
+pub(super) fn samples(len: u32, n: u32) -> Vec<u32> {
     let mut list: Vec<u32> =
         (0..n).map(|i| (f64::from(i) / f64::from(n - 1) * f64::from(len - 1)).round() as u32).collect();
     list.extend([1.min(len - 1), len.saturating_sub(2)]);
@@ -346,11 +346,11 @@ fn samples(len: u32, n: u32) -> Vec<u32> {
     list
 }
 
-fn grid(xs: Vec<u32>, ys: &[u32]) -> Vec<[u32; 2]> {
+pub(super) fn grid(xs: Vec<u32>, ys: &[u32]) -> Vec<[u32; 2]> {
     ys.iter().flat_map(|y| xs.iter().map(|x| [*x, *y])).collect()
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

@@ -32,7 +32,9 @@ if ! cmp -s "$ENGINES/package.json" "$WORK/package.json" || [ ! -d "$WORK/node_m
     cp "$ENGINES/package.json" "$WORK/"
     (cd "$WORK" && npm install --silent --no-audit --no-fund)
 fi
-cargo build --quiet --release --bin brdf-baker --example spheres
+# With what `make` builds with, so that nothing is built twice.
+# shellcheck disable=SC2046 # flags are words
+cargo build --quiet --release $(sh scripts/setup.sh --cargo-flags) --bin brdf-baker --example spheres
 "$SPHERES" prepare "$WORK"
 [ -z "${SKY:-}" ] || cp "$SKY" "$WORK/sky.exr"
 export BOUND="${BOUND:-0.02}"

@@ -36,15 +36,21 @@ if ! cmp -s "$readers/package.json" "$work/package.json" || [ ! -d "$work/node_m
 fi
 cp "$readers/read.mjs" "$readers/levels.mjs" "$work/" # node looks for modules beside the script
 
+# What `make` builds with, so that nothing is built twice.
+flags=$(sh scripts/setup.sh --cargo-flags)
+
 rm -rf "$samples"
-cargo run --quiet --release --example write_samples -- "$samples"
+# shellcheck disable=SC2086 # flags are words
+cargo run --quiet --release $flags --example write_samples -- "$samples"
 "$work/venv/bin/python" "$readers/read.py" "$samples"
 node "$work/read.mjs" "$samples"
 
 rm -rf "$work/inputs"
 "$work/venv/bin/python" "$readers/write.py" "$work/inputs"
-cargo run --quiet --release --example read_inputs -- "$work/inputs"
+# shellcheck disable=SC2086
+cargo run --quiet --release $flags --example read_inputs -- "$work/inputs"
 
 rm -rf "$work/targets"
-cargo build --quiet --release --bin brdf-baker
+# shellcheck disable=SC2086
+cargo build --quiet --release $flags --bin brdf-baker
 "$work/venv/bin/python" "$readers/targets.py" "$PWD/target/release/brdf-baker" "$work/targets" "$work"

@@ -17,7 +17,9 @@ need() { # package, then a command that works when it is there
 need nodejs node --version
 need chromium chromium --version
 
-cargo build --quiet --release
+# With what `make` builds with, so that nothing is built twice.
+# shellcheck disable=SC2046 # flags are words
+cargo build --quiet --release $(sh scripts/setup.sh --cargo-flags)
 rm -rf target/report
 mkdir -p target/report
 target/release/brdf-baker sky -o target/report/sky.exr --size 256 --elevation 25 --sun-disc --exposure -5

@@ -5,20 +5,23 @@
 //! this crate needs no shader compiler. `spirv/SOURCES` says what it was compiled from, so that an old one is refused.
 
 #[cfg(feature = "compile-shaders")]
+#[path = "build/compile.rs"]
 mod compile;
 #[cfg(not(feature = "compile-shaders"))]
+#[path = "build/ready.rs"]
 mod ready;
+#[path = "build/sources.rs"]
 mod sources;
 
 #[cfg(feature = "compile-shaders")]
-#[path = "../src/rule/azimuth_nodes.rs"]
+#[path = "src/rule/azimuth_nodes.rs"]
 mod azimuth_nodes;
 #[cfg(feature = "compile-shaders")]
-#[path = "../src/rule/cone_nodes.rs"]
+#[path = "src/rule/cone_nodes.rs"]
 #[allow(dead_code, reason = "the library uses the rest")]
 mod cone_nodes;
 #[cfg(feature = "compile-shaders")]
-#[path = "../src/quadrature"]
+#[path = "src/quadrature"]
 #[allow(dead_code, reason = "the library uses the rest")]
 mod quadrature {
     pub mod gauss_legendre;
