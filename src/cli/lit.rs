@@ -1,7 +1,7 @@
 //! Files that light or shade spheres, told apart by what they hold.
 
 use std::borrow::Cow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use brdf_baker::bake::specular::SpecularJob;
 use brdf_baker::env::import::{self, Options};
@@ -116,7 +116,7 @@ pub fn white_room() -> Environment<'static> {
 }
 
 /// The table in a file; an error where it holds something else.
-pub fn table(path: &PathBuf, console: &mut Console) -> Result<Lut> {
+pub fn table(path: &Path, console: &mut Console) -> Result<Lut> {
     match read(path, console)? {
         Lit::Table(lut, _) => Ok(lut),
         _ => Err(Error::input(path, "it holds light, not a table", "give it to --env or --irradiance")),
@@ -124,7 +124,7 @@ pub fn table(path: &PathBuf, console: &mut Console) -> Result<Lut> {
 }
 
 /// The cube of irradiance in a file; an error where it holds something else.
-pub fn diffuse(path: &PathBuf, console: &mut Console) -> Result<Texture> {
+pub fn diffuse(path: &Path, console: &mut Console) -> Result<Texture> {
     match read(path, console)? {
         Lit::Diffuse(texture) => Ok(texture),
         _ => Err(Error::input(path, "it holds no irradiance", "bake one with `brdf-baker env --irradiance FILE`")),

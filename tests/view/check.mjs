@@ -165,7 +165,7 @@ const before = decode(await screenshot());
 // Nine harmonics are nearly the irradiance.
 await page.evaluate(`${choose("diffuse", "harmonics")} null`);
 const nearly = difference(decode(await screenshot()), before, [5, 5]);
-expect(nearly.rms > 0.1 && nearly.rms < 3 && nearly.worst < 6 && nearly.behind === 0, `harmonics: ${JSON.stringify(nearly)}`);
+expect(nearly.rms > 0.1 && nearly.rms < 5 && nearly.worst < 8 && nearly.behind === 0, `harmonics: ${JSON.stringify(nearly)}`);
 await page.evaluate(`${choose("light", "2")} null`);
 expect(await page.evaluate(`document.querySelector("#diffuse [value=harmonics]").disabled`), "the white room states no harmonics");
 // A GPU that goes and comes back.
