@@ -739,7 +739,7 @@ fn skin_is_baked_verified_and_described() {
     // Without curvature Lambert's cosine; then light reaches round the edge.
     let (texture, _) = format::Ktx2.read(&here.join("skin.ktx2")).unwrap();
     assert!((texture.texel(0, 0, 18, 0)[0] - (2.0 * 18.0 / 23.0 - 1.0)).abs() < 1e-3);
-    assert!(texture.texel(0, 0, 10, 0)[..3] == [0.0; 3] && texture.texel(0, 0, 10, 8)[0] > 0.05);
+    assert!(texture.texel(0, 0, 10, 0)[..3] == [0.0; 3] && texture.texel(0, 0, 10, 8)[0] > 0.03);
     std::fs::remove_file(here.join("skin.ktx2")).unwrap();
     fails(here, 2, &["bake", "skin", "-o", "skin.ktx2", "--ndf", "beckmann"], &["skin is diffuse"]);
     fails(here, 2, &["bake", "skin", "-o", "skin.ktx2", "--channels", "cloth"], &["no channel 'cloth'"]);

@@ -161,6 +161,26 @@ fn rings_agree_with_their_twin_on_a_device() {
 }
 
 #[test]
+fn narrow_lobes_agree_with_their_twin_on_a_device() {
+    // Near the horizon, where rings of a narrow lobe are nearly whole.
+    common::on_gpu(|backend| {
+        for name in ["schlick-weight", "albedo"] {
+            let fresnel = Some(Fresnel::parse("power:exponent=5").unwrap());
+            let request = TableRequest { size: (256, 256), fresnel, ..TableRequest::new(name) };
+            let job = request.resolve().unwrap();
+            let texture = job.run(backend, &mut ignore).unwrap();
+            for y in 0..12 {
+                for x in 0..24 {
+                    let at = job.at(x, y);
+                    let error = (f64::from(texture.texel(0, 0, x, y)[0]) - job.rule(at)[0]).abs();
+                    assert!(error <= 2e-6, "{name} {at:?}: {error:e}");
+                }
+            }
+        }
+    });
+}
+
+#[test]
 fn faults_of_the_weight_are_seen() {
     let request = |text: &str| TableRequest {
         size: (24, 24),

@@ -10,8 +10,9 @@
 // One node of the azimuth.
 #define RING_NODE(g, u) { \
     float s = sin_quarter(half_end * (g)); \
+    float c = sin_quarter(rest + half_end * (1.0 - (g))); \
     float s2 = s * s; \
-    float den = far * (1.0 - s2) + near * s2; \
+    float den = far * c * c + near * s2; \
     float fall = 2.0 * near * s2 / den; \
     float n_dot_h = at.z - at.w * fall; \
     float n_dot_l = clamp(to.x - to.y * fall, 1e-20, 1.0); \
@@ -28,12 +29,14 @@ vec4 rings(bool shadowed, float alpha, float n_dot_v, uint begin, uint end) {
     float sigma_v = sigma(mu, alpha);
     vec4 sum = vec4(0.0);
     for (uint i = begin; i < end; i++) {
-        // near, far, n.h and how it falls; n.l and how it falls, half the azimuth, weight.
+        // near, far, n.h and how it falls; n.l and how it falls, what half the azimuth
+        // leaves of a right angle, weight.
         vec4 at = ring_of[3u * i];
         vec4 to = ring_of[3u * i + 1u];
         float near = at.x;
         float far = at.y;
-        float half_end = to.z;
+        float rest = to.z;
+        float half_end = 1.57079632679490 - rest;
         float around = 0.0;
         RING_NODES(RING_NODE)
         sum += to.w * around * ring_of[3u * i + 2u];

@@ -158,3 +158,46 @@ const OBSERVER_AND_D65: [[f64; 5]; 85] = [
     [775.0, 5.8707e-05, 2.12e-05, 0.0, 65.0941],
     [780.0, 4.151e-05, 1.499e-05, 0.0, 63.3828],
 ];
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
+
+    use super::*;
+    use crate::quadrature::gauss_legendre::gauss_legendre;
+
+    /// Transforms that Blender Cycles publishes for thin films.
+    const CYCLES: &str = include_str!("../../tests/golden/cycles_thin_film.txt");
+
+    #[test]
+    fn transforms_of_the_observer_are_those_that_cycles_publishes() {
+        let rows: Vec<Vec<f64>> = CYCLES
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+            .map(|line| line.split(' ').map(|word| word.parse().expect("a number")).collect())
+            .collect();
+        let rule = gauss_legendre(12);
+        let mut worst = 0.0f64;
+        for row in &rows {
+            let path_nm = row[0] * 60_000.0 / (2.0 * PI * 511.0);
+            for c in 0..3 {
+                // Straight lines between the rows of 5 nm.
+                let (mut re, mut im, mut all) = (0.0, 0.0, 0.0);
+                for ends in OBSERVER_AND_D65.windows(2) {
+                    for node in &rule {
+                        let t = 0.5 + 0.5 * node.x;
+                        let at = |i: usize| ends[0][i] + t * (ends[1][i] - ends[0][i]);
+                        let (sin, cos) = (TAU * path_nm / at(0)).sin_cos();
+                        let weight = node.weight * at(c + 1);
+                        (re, im, all) = (re + weight * cos, im - weight * sin, all + weight);
+                    }
+                }
+                let published = [row[c + 1], row[c + 4]].map(|v| v / rows[0][c + 1]);
+                worst = worst.max((re / all - published[0]).hypot(im / all - published[1]));
+            }
+        }
+        // Theirs are of rows of 1 nm, joined by cubics.
+        println!("Cycles' transforms of the observer, {} rows: worst {worst:.1e}", rows.len());
+        assert!(rows.len() == 9 && worst <= 4e-3, "{worst:e}");
+    }
+}

@@ -16,7 +16,7 @@
 //!
 //! f64 error against adaptive integration over n·v and roughness in [1/512, 1]: 1e-6.
 
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use super::h_split::{AZIMUTH, LEAST_COSINE, RULES, sine};
 use crate::ndf::ggx;
@@ -45,8 +45,8 @@ pub struct Ring {
     n_dot_h: [f64; 2],
     /// The same of n·l.
     n_dot_l: [f64; 2],
-    /// Half of ψ at the horizon; π/2 for a whole ring.
-    half_end: f64,
+    /// A right angle less half of ψ at the horizon; 0 for a whole ring. A narrow lobe leaves little of it, all of which counts.
+    rest: f64,
     /// Everything that does not depend on the azimuth, F left out.
     weight: f64,
 }
@@ -57,7 +57,7 @@ impl Ring {
         let [h, h_falls] = self.n_dot_h;
         let [l, l_falls] = self.n_dot_l;
         let [a, b, c, d] = fresnel.weights(self.v_dot_h);
-        [self.near, self.far, h, h_falls, l, l_falls, self.half_end, self.weight, a, b, c, d].map(|x| x as f32)
+        [self.near, self.far, h, h_falls, l, l_falls, self.rest, self.weight, a, b, c, d].map(|x| x as f32)
     }
 }
 
@@ -128,20 +128,20 @@ fn ring(alpha: f64, sv: f64, theta_v: f64, offset: f64, width: f64) -> Ring {
     let least = alpha * alpha / (1.0 + b);
     let of_half = |angle: f64| least + 2.0 * b * (0.5 * angle).sin().powi(2);
     let (near, far) = (of_half(offset), of_half(theta_v + theta));
-    let (p, q) = (0.5 * (near + far), 0.5 * (far - near));
     let falls = sv * (2.0 * theta).sin();
-    // cos χ at the horizon, and cos ψ there.
+    // cos χ at the horizon.
     let horizon = (1.0 - (theta_v - 2.0 * theta).cos() / falls.max(1e-300)).clamp(-1.0, 1.0);
-    let half_end = 0.5 * ((p * horizon - q) / (p - q * horizon)).clamp(-1.0, 1.0).acos();
+    // tan²(ψ/2) = (p + q)/(p − q) tan²(χ/2): the rest of a right angle without cancellation.
+    let rest = (near * (1.0 + horizon)).sqrt().atan2((far * (1.0 - horizon)).sqrt());
     Ring {
         v_dot_h: cos,
         near,
         far,
         n_dot_h: [offset.cos(), sv * sin],
         n_dot_l: [(theta_v - 2.0 * theta).cos(), falls],
-        half_end,
+        rest,
         // Both halves of the azimuth.
-        weight: 4.0 * half_end * alpha * alpha / (PI * (near * far).powf(1.5)) * sin * cos * width,
+        weight: 4.0 * (FRAC_PI_2 - rest) * alpha * alpha / (PI * (near * far).powf(1.5)) * sin * cos * width,
     }
 }
 
@@ -157,9 +157,12 @@ pub fn rings(shadowed: bool, alpha: f64, n_dot_v: f64, fresnel: &Fresnel, rings:
     for ring in rings {
         let mut around = 0.0;
         for inner in &AZIMUTH[1][AZIMUTH_NODES] {
-            let s = (ring.half_end * inner.x).sin();
+            // The cosine by what is left of a right angle.
+            let half_end = FRAC_PI_2 - ring.rest;
+            let s = (half_end * inner.x).sin();
+            let c = (ring.rest + half_end * (1.0 - inner.x)).sin();
             let s2 = s * s;
-            let den = ring.far * (1.0 - s2) + ring.near * s2;
+            let den = ring.far * c * c + ring.near * s2;
             let fall = 2.0 * ring.near * s2 / den;
             let n_dot_h = ring.n_dot_h[0] - ring.n_dot_h[1] * fall;
             // Rounding may carry it past either end, and at grazing G would be a quotient of zeros.

@@ -7,9 +7,9 @@
 //!
 //! (Airy's sum; Belcour, Barla 2017, Eq. 3), a form in which nothing cancels. Linear sRGB is the mean over the spectrum under
 //! D65 with the CIE observer, each row of which ([`SAMPLES`]) stands for a triangle of 5 nm to either side, so that thick
-//! films fade instead of aliasing. Indices do not vary with the wavelength; those of a metal are its pair of each channel. Film
-//! and base of a reflectance without colour are near (1, 1, 1) times it; interference can leave [0, 1] in a channel, because
-//! a saturated spectrum is outside the primaries of sRGB.
+//! films fade instead of aliasing. Indices do not vary with the wavelength; those of a metal are its pair of each channel. A
+//! reflectance that all wavelengths share is that number in each channel; a saturated one may carry a channel out of [0, 1],
+//! because it lies outside the primaries of sRGB.
 //!
 //! A film of 0 nm is the base alone. The reflectance over v·h is expanded once a film into a Chebyshev series, whose tail is
 //! below 1e-9 for films up to [`FILM_NM`].
