@@ -75,15 +75,21 @@ mod imp {
             lines.push(format!("{name}:{line}:{column}: {message}\n{line:5} | {text}\n      | {indent}^"));
         }
         if lines.is_empty() {
-            // A linker's error has no place: a function that is called but not defined.
-            lines.push(
-                broken.lines().map(|l| l.trim_start_matches("brdf-baker: error: ")).collect::<Vec<_>>().join("\n"),
-            );
+            // A linker's error has no place.
+            if let Some(name) = undefined(&broken) {
+                let what = format!("`{name}` is not defined with the arguments that it is called with");
+                return Err(Error::input(
+                    path,
+                    what,
+                    "give it the types and the number of arguments that the form asks for",
+                ));
+            }
+            lines.push(broken);
         }
         Err(Error::input(
             path,
             format!("it does not compile\n{}", lines.join("\n")),
-            "it is GLSL 4.50 for Vulkan without #version, #extension or `precision`; with --precision double, `float` means \
+            "it is GLSL 4.50 for Vulkan without #version, #extension, #include or `precision`; with --precision double, `float` means \
              double",
         ))
     }
@@ -101,6 +107,12 @@ mod imp {
             Err(shaderc::Error::CompilationError(_, message)) => Err(message),
             Err(other) => Err(other.to_string()),
         }
+    }
+
+    /// The function that has no body, as the linker tells it: its name, and then its types in short.
+    fn undefined(message: &str) -> Option<&str> {
+        let (_, after) = message.split_once("No function definition (body) found:")?;
+        after.split_once('(')?.0.split_whitespace().last()
     }
 
     /// (line, column, message) of the errors in the user's text; `place` turns a line of the compiled text into one.

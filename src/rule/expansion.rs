@@ -51,12 +51,13 @@ impl Domain {
 pub struct Expansion {
     /// Terms along n·v and roughness.
     pub terms: [usize; 2],
-    /// The coefficient of T_i(n·v) T_j(roughness) at i·terms[1] + j.
+    /// The coefficient of T_i(n·v) T_j(roughness) at `i * terms[1] + j`.
     pub coefficients: Vec<Weights>,
 }
 
 impl Expansion {
-    /// The expansion through values at Chebyshev points: point i along n·v and j along roughness at i·terms[1] + j.
+    /// The expansion through values at Chebyshev points: point i along n·v and j along
+    /// roughness at `i * terms[1] + j`.
     pub fn through(values: &[Weights], terms: [usize; 2]) -> Expansion {
         let [n, m] = terms;
         assert_eq!(values.len(), n * m, "a value for each point");

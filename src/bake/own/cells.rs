@@ -4,7 +4,7 @@
 //! the mirror direction, which is h = n whatever v is, so the integral runs over half vectors: dω_l = 4 (v·h) dω_h and
 //! dω_h = t c³ dt dψ with t = tan θ_h, c = cos θ_h and ψ the azimuth from v's. With mu = n·v and sv = sin θ_v
 //!
-//!     v·h = c (t sv cos ψ + mu),   l = 2 (v·h) h − v,   n·l > 0 where cos ψ > mu (t² − 1)/(2 t sv):
+//! v·h = c (t sv cos ψ + mu),   l = 2 (v·h) h − v,   n·l > 0 where cos ψ > mu (t² − 1)/(2 t sv):
 //!
 //! whole circles up to t1 = mu/(1 + sv), parts of them up to t2 = (1 + sv)/mu, as in [`crate::rule::h_split`]. So every light
 //! direction has its place, and no node is wasted below the horizon. t = scale·sinh(y) spreads all widths from the
