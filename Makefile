@@ -17,7 +17,7 @@ export DEMO_DIR
 # Expanded only when a recipe runs, after setup has decided how to get shaderc.
 CARGO_FLAGS = --locked $(shell sh scripts/setup.sh --cargo-flags)
 
-.PHONY: help setup build demo test test-readers test-report test-engines test-farm bench clean-demo
+.PHONY: help setup build demo test test-readers test-report test-engines test-farm test-package spirv package bench clean-demo
 
 help:
 	@echo 'make setup       install what is missing: Vulkan loader and driver, validation layers, shaderc'
@@ -27,6 +27,8 @@ help:
 	@echo 'make test-readers  read every format back with OpenImageIO, OpenEXR, Pillow and ktx-parse'
 	@echo 'make test-report  open reports of verify in headless Chromium'
 	@echo 'make test-engines  draw spheres in real engines and compare them with an f64 reference (ENGINES="three bevy")'
+	@echo 'make test-package  build the published crate as its user does (GAME=game: and a game that bakes as it is built)'
+	@echo 'make package     write the crate to publish, target/package/*.crate'
 	@echo 'make test-farm   bake 210 probes in four workers of a render farm, one of which is killed'
 	@echo 'make bench       run the benchmarks'
 	@echo 'make clean-demo  delete $(DEMO_DIR)/'
@@ -55,6 +57,18 @@ test-report: setup
 # Needs Chromium, node and npm, which the script installs where apt can, and the engines' packages.
 test-engines: setup
 	sh tests/engines/run.sh $(ENGINES)
+
+# Builds from the packaged crate, away from the checkout.
+test-package: build
+	sh tests/package/run.sh $(GAME)
+
+# The compiled shaders, which the package holds and git does not.
+spirv: setup
+	cargo run --quiet --release $(CARGO_FLAGS) --bin pack-spirv -- write spirv
+
+# Cargo builds what it packages once, as a check. `cargo publish -p brdf-baker` uploads it.
+package: spirv
+	cargo package --locked -p brdf-baker
 
 # Needs Python, and openjd-cli from PyPI, which the script installs.
 test-farm: setup

@@ -52,9 +52,24 @@ fn main() {
 
     add("glass 256", &["bake", "glass", "-o", "a.ktx2"]);
     add("glass 256, inside", &["bake", "glass", "-o", "a.ktx2", "--ior", "0.6667"]);
-    for name in ["ggx_glass_E", "ggx_glass_Eavg", "ggx_glass_inv_E", "ggx_glass_inv_Eavg"] {
+    for name in [
+        "ggx_E",
+        "ggx_Eavg",
+        "ggx_glass_E",
+        "ggx_glass_Eavg",
+        "ggx_glass_inv_E",
+        "ggx_glass_inv_Eavg",
+        "ggx_gen_schlick_s",
+        "ggx_gen_schlick_ior_s",
+    ] {
         add(&format!("{name}, blender"), &["bake", name, "--for", "blender", "-o", "a.h"]);
     }
+    let film = ["bake", "albedo", "-o", "a.ktx2", "--film", "1.33", "--ior", "1.5", "--size", "32"];
+    add("film 32x32x32, to 1200 nm", &[&film[..], &["--axes", "n_dot_v,roughness,film_nm=0/1200"]].concat());
+    add("schlick-weight 256", &["bake", "schlick-weight", "-o", "a.ktx2"]);
+    add("kulla-conty 256", &["bake", "kulla-conty", "-o", "a.ktx2"]);
+    add("turquin 256", &["bake", "turquin", "-o", "a.ktx2"]);
+    add("skin 256", &["bake", "skin", "-o", "a.ktx2"]);
 
     // Two environments: a small one, as photographs are shared for tests, and a usual one.
     for (name, height) in [("512", 256), ("2048", 1024)] {

@@ -18,6 +18,8 @@
 //! # Ok::<(), brdf_baker::Error>(())
 //! ```
 //!
+//! [`asset`] goes from a request to a file in one call: for the build script of a game, or an engine's asset pipeline.
+//!
 //! # Concepts
 //! - A **table** ([`bake::TABLES`]) is a function of n·v and roughness; a **model** ([`bake::Model`]) is the distribution
 //!   and the geometry term that it is computed for.
@@ -38,6 +40,7 @@
 //! Minimum supported Rust version: 1.88.
 #![deny(unsafe_code)]
 
+pub mod asset;
 pub mod axis;
 pub mod bake;
 pub mod brdf;
@@ -72,3 +75,8 @@ struct Readme;
 #[cfg(doctest)]
 #[doc = include_str!("../CONTRIBUTING.md")]
 struct Contributing;
+
+/// So are those of the library's guide.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/library.md")]
+struct Library;

@@ -1,4 +1,4 @@
-//! The SPIR-V that `build.rs` made of `shaders/`.
+//! The SPIR-V of `shaders/`, put together by the build script.
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 

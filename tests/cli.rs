@@ -108,6 +108,37 @@ fn levels_are_compressed_and_blocks_searched_as_asked() {
 }
 
 #[test]
+fn blocks_of_a_sky_keep_filtered_radiance_to_one_per_cent() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    succeeds(here, &["sky", "-o", "sky.exr", "--size", "256", "--elevation", "25", "--sun-disc", "--exposure", "-5"]);
+    let env = ["env", "sky.exr", "-o", "sky.ktx2", "--size", "128", "--encoding", "bc6h"];
+    let line = succeeds(here, &[&env[..], &["--json"]].concat());
+    let value: serde_json::Value = serde_json::from_str(&line).unwrap();
+    let per_cent = |loss: &serde_json::Value, key: &str| 100.0 * loss[key].as_f64().unwrap();
+    let mips = value["rounding_mips"].as_array().unwrap();
+    assert_eq!(mips.len(), 8);
+    let filtered = &value["rounding_filtered"];
+    let relative = per_cent(filtered, "relative_rms");
+    println!("{relative:.2} % relative rms, {:.2} % of the rms", per_cent(filtered, "rms"));
+    assert!((0.1..1.0).contains(&relative), "{relative}");
+    assert!(per_cent(filtered, "rms") < 3.5, "{filtered}");
+    // Mip 1 has three quarters of their texels, mip 2 three sixteenths.
+    let parts = [0.75, 0.1875].iter().zip(&mips[1..]).map(|(share, mip)| share * per_cent(mip, "relative_rms").powi(2));
+    assert!(parts.sum::<f64>() < relative.powi(2));
+
+    // The same in words, and in the file.
+    let text = succeeds(here, &env);
+    let expected = format!("\n  mips 1-7   bc6h loses {relative:.2} % of each value (relative rms), ");
+    assert!(text.contains(&expected), "{text}");
+    assert_eq!(text.lines().filter(|line| line.contains("bc6h loses")).count(), 9, "{text}");
+    let info = succeeds(here, &["info", "sky.ktx2"]);
+    for key in ["encoding.error.filtered.relative.rms", "encoding.error.filtered.rms"] {
+        assert!(info.contains(key), "{key}: {info}");
+    }
+}
+
+#[test]
 fn environments_go_into_the_containers_of_engines() {
     let folder = TempDir::new().unwrap();
     let here = folder.path();

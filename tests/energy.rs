@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use brdf_baker::axis::{Points, Warp};
-use brdf_baker::bake::{At, Backend, IorMap, Model, TableJob, TableRequest, VolumeJob, table};
+use brdf_baker::bake::{At, Backend, Model, SliceAxis, TableJob, TableRequest, VolumeJob, table};
 use brdf_baker::format::{self, Encoding, Format};
 use brdf_baker::progress::ignore;
 use brdf_baker::quadrature::gauss_legendre::gauss_legendre;
@@ -166,6 +166,119 @@ fn coloured_furnace_absorbs_bounce_by_bounce() {
             }
         }
     }
+}
+
+/// A stored table over F0 as well, of `size` in a slice.
+fn over_f0(name: &str, size: (u32, u32), slices: u32, encoding: &str) -> Texture {
+    let request = TableRequest { size, points: Points::Edges, ..TableRequest::new(name) };
+    let job = VolumeJob::new(&request, SliceAxis::F0([0.0, 1.0]), slices).unwrap();
+    stored(job.run(&Backend::Cpu, &mut ignore).unwrap(), Encoding::parse(encoding).unwrap())
+}
+
+#[test]
+fn stored_tints_of_kulla_and_conty_close_the_furnace() {
+    // The albedo and its average as files hold them, and the tint of the same lobe from its own table.
+    let (roughnesses, steps) = (9, 6);
+    let tints = over_f0("kulla-conty", (roughnesses, 1), steps, "r32f");
+    assert_eq!((tints.shape, tints.width, tints.height), (Shape::Table, roughnesses, steps));
+    let shader = Shader::new(["n_dot_v", "roughness"], (32, roughnesses), Points::Edges, "r32f");
+    for column in [3, 5, 8] {
+        let r = f64::from(column) / f64::from(roughnesses - 1);
+        let average = shader.average(r);
+        let missing = shader.over_light(r, |e| 1.0 - e);
+        for row in 0..steps {
+            let f0 = f64::from(row) / f64::from(steps - 1);
+            let f = (20.0 * f0 + 1.0) / 21.0;
+            let tint = f64::from(tints.texel(0, 0, column, row)[0]);
+            // What a facet keeps on average, bounce by bounce; F = 1 is white in every direction.
+            let bounces: f64 = (1..300).map(|k| f * average * (f * (1.0 - average)).powi(k)).sum();
+            let mean = tint * missing;
+            // The table's average is the true one, which a bilinear filter misses by up to 3e-4 of a table this coarse.
+            assert!((mean - bounces).abs() <= 3e-4, "roughness {r}, F0 {f0}: {mean}, bounce by bounce {bounces}");
+            if f0 == 1.0 {
+                for mu in [0.0, 0.3, 1.0] {
+                    let e = shader.albedo(mu, r);
+                    let white = e + tint * (1.0 - e) * missing / (1.0 - average);
+                    assert!((white - 1.0).abs() <= 1e-6, "roughness {r}: {white}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn stored_factors_of_turquin_close_the_furnace() {
+    let factors = over_f0("turquin", (9, 7), 5, "rg32f");
+    let albedo = TableRequest { size: (9, 7), points: Points::Edges, ..TableRequest::new("split-sum") };
+    let albedo = albedo.resolve().unwrap().run(&Backend::Cpu, &mut ignore).unwrap();
+    for slice in 0..5 {
+        let f0 = slice as f32 / 4.0;
+        for y in 0..7 {
+            for x in 0..9 {
+                let ([factor, reflected], [scale, bias]) = (factors.texel(0, slice, x, y), albedo.texel(0, 0, x, y))
+                else {
+                    panic!("two channels each")
+                };
+                // What a shader gets that multiplies, and what the table says that it gets.
+                let total = (f0 * scale + bias) * factor;
+                assert!((total - reflected).abs() <= 1e-6, "F0 {f0} ({x}, {y}): {total} {reflected}");
+                assert!(f0 < 1.0 || (total - 1.0).abs() <= 1e-6, "({x}, {y}): {total}");
+                assert!(*reflected <= 1.0 && *factor >= 1.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn compensations_are_within_their_bounds_of_the_truth() {
+    for (name, f0) in [("kulla-conty", 0.04), ("kulla-conty", 0.9), ("turquin", 0.04), ("turquin", 0.9)] {
+        let table = table(name).unwrap();
+        let model = Model::parse("ggx", "smith").unwrap().with(Fresnel::schlick(f0).unwrap());
+        let bounds = model.tolerance(&table.facts().tolerance);
+        let list: Vec<At> =
+            [(0.02, 1.0), (0.5, 0.3), (1.0, 0.7)].map(|(n_dot_v, roughness)| At { n_dot_v, roughness }).into();
+        let worst = list.par_iter().map(|at| {
+            let (rule, truth) = (table.rule(&model, *at), table.truth(&model, *at, 0.1 * bounds.worst));
+            (0..2).map(|c| (rule[c] - truth.value[c]).abs()).fold(0.0, f64::max)
+        });
+        let worst = worst.reduce(|| 0.0, f64::max);
+        println!("{name}, F0 {f0}: worst {worst:.1e}");
+        assert!(worst <= bounds.worst, "{name}, F0 {f0}: {worst:e}");
+    }
+}
+
+#[test]
+fn compensations_are_baked_verified_and_described() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let flat = ["bake", "kulla-conty", "-o", "tint.exr", "--axes", "roughness,f0=0/1", "--size", "8x4"];
+    assert!(succeeds(here, &flat).contains("8x4"));
+    assert!(succeeds(here, &["verify", "tint.exr"]).contains("right"));
+    let cube = ["bake", "turquin", "-o", "t.ktx2", "--axes", "n_dot_v,roughness,f0=0/1", "--size", "4x4x3"];
+    succeeds(here, &cube);
+    assert!(succeeds(here, &["verify", "t.ktx2", "--full"]).contains("3 of 3 were looked at"));
+    succeeds(here, &["bake", "turquin", "-o", "one.ktx2", "--f0", "0.5", "--size", "8"]);
+    let info = succeeds(here, &["info", "one.ktx2"]);
+    assert!(info.contains("schlick:f0=0.5") && info.contains("factor,reflected"), "{info}");
+    assert!(succeeds(here, &["verify", "one.ktx2", "--full"]).contains("right"));
+
+    // A fault: the tint of another F0.
+    let (mut texture, encoding) = format::Exr.read(&here.join("tint.exr")).unwrap();
+    texture.levels[0][10] *= 1.01;
+    std::fs::write(
+        here.join("tint.exr"),
+        format::Exr.to_bytes(Path::new("tint.exr"), &texture, encoding.into()).unwrap(),
+    )
+    .unwrap();
+    fails(here, 1, &["verify", "tint.exr", "--full"], &["tint.exr"]);
+
+    let bake = |more: &[&'static str]| [&["bake", "turquin", "-o", "a.ktx2"], more].concat();
+    fails(here, 2, &bake(&["--f0", "1.5"]), &["F0 of 1.5"]);
+    fails(here, 2, &bake(&["--ior", "1.5"]), &["Schlick's Fresnel term", "--f0"]);
+    fails(here, 2, &bake(&["--ndf", "beckmann"]), &["ggx with a Smith term"]);
+    fails(here, 2, &bake(&["--axes", "n_dot_v,roughness,f0=0/1", "--f0", "0.5"]), &["drop --f0"]);
+    fails(here, 2, &["bake", "split-sum", "-o", "a.ktx2", "--f0", "0.5"], &["split-sum holds", "drop --f0"]);
+    assert!(!here.join("a.ktx2").exists());
 }
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
@@ -452,18 +565,18 @@ fn what_is_no_glass_is_refused() {
 }
 
 /// A small table over n·v, roughness and the index.
-fn volume(map: IorMap, points: Points) -> VolumeJob {
+fn volume(map: SliceAxis, points: Points) -> VolumeJob {
     let request = TableRequest { size: (5, 3), points, ..TableRequest::new("glass") };
     VolumeJob::new(&request, map, 4).unwrap()
 }
 
 #[test]
 fn slices_of_a_volume_are_the_tables_of_their_indices() {
-    let job = volume(IorMap::Linear([1.2, 1.8]), Points::Edges);
+    let job = volume(SliceAxis::Ior([1.2, 1.8]), Points::Edges);
     let texture = job.run(&Backend::Cpu, &mut ignore).unwrap();
     assert_eq!((texture.shape, texture.width, texture.height), (Shape::Volume { depth: 4 }, 5, 3));
     for (z, ior) in [1.2, 1.4, 1.6, 1.8].into_iter().enumerate() {
-        assert!((job.iors()[z] - ior).abs() < 1e-12);
+        assert!((job.values()[z] - ior).abs() < 1e-12);
         for y in 0..3 {
             for x in 0..5 {
                 let at = At { n_dot_v: f64::from(x) / 4.0, roughness: f64::from(y) / 2.0 };
@@ -474,7 +587,7 @@ fn slices_of_a_volume_are_the_tables_of_their_indices() {
         }
     }
     // No interface at all.
-    let nothing = volume(IorMap::FromF0, Points::Edges).run(&Backend::Cpu, &mut ignore).unwrap();
+    let nothing = volume(SliceAxis::FromF0, Points::Edges).run(&Backend::Cpu, &mut ignore).unwrap();
     assert!(nothing.levels[0][..30].as_chunks().0.iter().all(|texel| *texel == [0.0, 1.0]));
 }
 
@@ -482,10 +595,10 @@ fn slices_of_a_volume_are_the_tables_of_their_indices() {
 fn glass_of_extreme_indices_is_within_its_bounds_of_the_truth() {
     // The ends of Cycles' axis: z = 1/15, and z = 0.99.
     let (request, table) = (TableRequest { size: (2, 2), ..TableRequest::new("glass") }, table("glass").unwrap());
-    for map in [IorMap::FromF0, IorMap::InverseFromF0] {
+    for map in [SliceAxis::FromF0, SliceAxis::InverseFromF0] {
         let job = VolumeJob::new(&TableRequest { points: Points::Edges, ..request.clone() }, map, 16).unwrap();
         for z in [1, 15] {
-            let (model, ior) = (job.slices()[z].model, job.iors()[z]);
+            let (model, ior) = (job.slices()[z].model, job.values()[z]);
             let list: Vec<At> = [0.002, 0.1, 0.35, 0.8, 1.0]
                 .into_iter()
                 .flat_map(|n_dot_v| [0.05, 0.3, 0.7, 1.0].map(|roughness| At { n_dot_v, roughness }))
@@ -507,7 +620,7 @@ fn glass_of_extreme_indices_is_within_its_bounds_of_the_truth() {
 
 #[test]
 fn volumes_round_trip_through_every_container_that_holds_them() {
-    let job = volume(IorMap::Openpbr, Points::Centers);
+    let job = volume(SliceAxis::Openpbr, Points::Centers);
     let texture = job.run(&Backend::Cpu, &mut ignore).unwrap();
     let mut held = vec![];
     for format in format::formats() {
@@ -530,7 +643,7 @@ fn volumes_round_trip_through_every_container_that_holds_them() {
                 assert!(texture.meta.iter().all(|(key, value)| found.meta.get(key) == Some(value)), "{what}");
                 assert_eq!(stored_as.repr, encoding.repr, "{what}");
                 let again = VolumeJob::from_meta(&found).unwrap().expect("an axis of indices");
-                assert_eq!(again.iors(), job.iors());
+                assert_eq!(again.values(), job.values());
             }
             // Cut anywhere, it is refused and nothing panics.
             for cut in (0..bytes.len()).step_by(97) {
@@ -588,6 +701,67 @@ fn volumes_are_baked_verified_and_described() {
     assert!(!here.join("a.ktx2").exists());
 }
 
+#[test]
+fn anisotropic_albedo_is_baked_over_azimuth() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let axes = ["--axes", "n_dot_v,roughness,azimuth=0/90", "--points", "edges", "--size", "5x4x3"];
+    let bake =
+        |more: &[&'static str]| [&["bake", "albedo", "-o", "e.ktx2", "--encoding", "r32f"], more, &axes[..]].concat();
+    succeeds(here, &bake(&["--ndf", "ggx:ratio=0.3"]));
+    let info = succeeds(here, &["info", "e.ktx2"]);
+    for word in ["ggx:ratio=0.3", "azimuth=0/90", "azimuth in degrees 0.000000, the last 90"] {
+        assert!(info.contains(word), "'{word}' is not in: {info}");
+    }
+    assert!(succeeds(here, &["verify", "e.ktx2", "--full"]).contains("3 of 3 were looked at"));
+    let (texture, _) = format::Ktx2.read(&here.join("e.ktx2")).unwrap();
+    let model = Model::parse("ggx:ratio=0.3,azimuth=45", "smith").unwrap();
+    let expected = model.rule(At { n_dot_v: 0.5, roughness: 2.0 / 3.0 })[0];
+    let found = texture.texel(0, 1, 2, 2)[0];
+    assert!((f64::from(found) - expected).abs() < 2e-6, "{found} {expected}");
+    std::fs::remove_file(here.join("e.ktx2")).unwrap();
+    fails(here, 2, &bake(&[]), &["azimuths over the distribution 'ggx'", "ggx:ratio=0.3"]);
+    fails(here, 2, &bake(&["--ndf", "ggx:ratio=0.3,azimuth=5"]), &["without its azimuth"]);
+    assert!(!here.join("e.ktx2").exists());
+}
+
+#[test]
+fn skin_is_baked_verified_and_described() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let line = succeeds(here, &["bake", "skin", "-o", "skin.ktx2", "--size", "24x12", "--points", "edges"]);
+    assert!(line.contains("24x12"), "{line}");
+    let info = succeeds(here, &["info", "skin.ktx2"]);
+    for word in ["n_dot_l,curvature", "red,green,blue", "Penner"] {
+        assert!(info.contains(word), "'{word}' is not in: {info}");
+    }
+    assert!(succeeds(here, &["verify", "skin.ktx2", "--full"]).contains("right"));
+    // Without curvature Lambert's cosine; then light reaches round the edge.
+    let (texture, _) = format::Ktx2.read(&here.join("skin.ktx2")).unwrap();
+    assert!((texture.texel(0, 0, 18, 0)[0] - (2.0 * 18.0 / 23.0 - 1.0)).abs() < 1e-3);
+    assert!(texture.texel(0, 0, 10, 0)[..3] == [0.0; 3] && texture.texel(0, 0, 10, 8)[0] > 0.05);
+    std::fs::remove_file(here.join("skin.ktx2")).unwrap();
+    fails(here, 2, &["bake", "skin", "-o", "skin.ktx2", "--ndf", "beckmann"], &["skin is diffuse"]);
+    fails(here, 2, &["bake", "skin", "-o", "skin.ktx2", "--channels", "cloth"], &["no channel 'cloth'"]);
+    fails(here, 2, &["bake", "albedo", "-o", "skin.ktx2", "--axes", "n_dot_l,curvature"], &["n_dot_v and roughness"]);
+    assert!(!here.join("skin.ktx2").exists());
+}
+
+#[test]
+fn diffuse_albedos_are_baked_and_verified() {
+    let folder = TempDir::new().unwrap();
+    let here = folder.path();
+    let channels = ["--channels", "oren-nayar,oren-nayar-full,eon-single,disney-diffuse"];
+    succeeds(here, &[&["bake", "albedo", "-o", "d.exr", "--size", "12", "--points", "edges"], &channels[..]].concat());
+    assert!(succeeds(here, &["verify", "d.exr", "--full"]).contains("right"));
+    // A fault: another roughness.
+    let path = here.join("d.exr");
+    let (mut texture, encoding) = format::Exr.read(&path).unwrap();
+    texture.levels[0].chunks_exact_mut(4).for_each(|texel| texel[1] *= 1.01);
+    std::fs::write(&path, format::Exr.to_bytes(&path, &texture, encoding.into()).unwrap()).unwrap();
+    fails(here, 1, &["verify", "d.exr", "--full"], &["oren-nayar-full"]);
+}
+
 /// Texels in the order of the published entries: slices, rows of n·v, columns of roughness.
 fn compare(name: &str, texels: &[f32]) {
     for line in CYCLES.lines().filter(|l| l.split(' ').next() == Some(name)) {
@@ -625,7 +799,7 @@ fn glass_of_cycles_is_baked_by_its_own_names() {
         channels: Some(vec!["total".into()]),
         ..TableRequest::new("glass-average")
     };
-    let averages = VolumeJob::new(&request, IorMap::FromF0, 16).unwrap().run(&Backend::Cpu, &mut ignore).unwrap();
+    let averages = VolumeJob::new(&request, SliceAxis::FromF0, 16).unwrap().run(&Backend::Cpu, &mut ignore).unwrap();
     assert_eq!((averages.shape, averages.width, averages.height), (Shape::Table, 16, 16));
     compare("ggx_glass_Eavg", &averages.levels[0]);
     fails(here, 2, &["bake", "ggx_glass", "--for", "blender"], &["blender takes no ggx_glass table", "ggx_glass_E"]);

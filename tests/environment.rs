@@ -382,7 +382,10 @@ fn charlie_is_right_at_every_alpha_that_it_accepts() {
 fn qualities_keep_what_they_state() {
     on_gpu(|backend| {
         for quality in &brdf_baker::bake::quality::QUALITIES {
-            for (name, source) in [("sun", sun_sky(256)), ("room", room(256)), ("colours", colours(256))] {
+            // The standard is held to every scene elsewhere.
+            let is_draft = quality.name == "draft";
+            let few = ["sun", "room", "colours"];
+            for (name, source) in scenes(256).into_iter().filter(|(name, _)| is_draft || few.contains(name)) {
                 let request = SpecularRequest { size: Some(128), quality: quality.name.into(), ..Default::default() };
                 let job = request.resolve().unwrap();
                 let cube = baked(&job, &source, backend);
@@ -544,8 +547,9 @@ fn gpu_agrees_with_its_twin() {
                 println!("{law}: mip {mip} worst {worst:.1e}, median {median:.1e}");
                 // At a sharp horizon rounding may decide by which of two formulas a node that touches it is added.
                 let bound = if job.kernel.sharp_horizon { 3e-4 } else { 1e-4 };
-                // 2.1e-6 measured, Beckmann's mip 4 of the room.
-                assert!(worst <= bound && median <= 3e-6, "{law}: mip {mip}: {worst:e} {median:e}");
+                // Measured: 2.1e-6 on llvmpipe (Beckmann's mip 4), 4.1e-6 on an H100 (the equirect's mip 1, whose texels
+                // sum thousands of nodes beside a bright light).
+                assert!(worst <= bound && median <= 1e-5, "{law}: mip {mip}: {worst:e} {median:e}");
             }
         }
     });

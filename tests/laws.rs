@@ -360,7 +360,15 @@ fn every_table_states_its_source_and_bounds() {
     for table in TABLES {
         let facts = table.facts();
         assert!(!facts.source.is_empty() && !facts.usage.is_empty() && !facts.tolerance.why.is_empty());
-        let most = if facts.name.starts_with("glass") { 5e-6 } else { 1e-6 };
+        let most = match facts.name {
+            name if name.starts_with("glass") => 5e-6,
+            "schlick-weight" => 2e-6,
+            // 1/E.
+            "turquin" => 1e-5,
+            // Fits: tests/ltc.rs has what they keep.
+            _ if table.usual().on_processor => 1e-2,
+            _ => 1e-6,
+        };
         assert!(facts.tolerance.worst <= most && facts.tolerance.median < facts.tolerance.worst);
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use brdf_baker::rule::rings;
 use brdf_baker::shaders::SHADERS;
 use brdf_baker::term::fresnel;
 use brdf_baker::term::visibility::VISIBILITIES;
@@ -61,8 +62,10 @@ fn differences(folder: &str, read: impl Fn(&Path) -> String) -> (Vec<String>, us
     for stem in &rust {
         let in_rust = functions(&read(&root().join("src").join(stem).with_extension("rs")), &["pub fn "]);
         if !glsl.contains(stem) {
-            // Distributions that no shader evaluates live in Rust alone.
-            if folder == "ndf" {
+            // Distributions and Fresnel terms that no shader evaluates live in Rust alone.
+            let host_only =
+                fresnel::TERMS.iter().filter(|t| t.file.is_none()).map(|t| format!("term/fresnel/{}", t.name));
+            if folder == "ndf" || host_only.into_iter().any(|host| stem == Path::new(&host)) {
                 continue;
             }
             wrong.push(format!("src/{}.rs has no GLSL twin", stem.display()));
@@ -112,11 +115,11 @@ fn every_shader_is_compiled() {
 #[test]
 fn every_rule_has_a_shader_per_geometry_and_fresnel_term() {
     for visibility in VISIBILITIES {
-        for fresnel in fresnel::TERMS {
+        for (fresnel, file) in fresnel::TERMS.iter().filter_map(|t| Some((t, t.file?))) {
             // The cone rules are for smooth terms.
             let smooth = visibility.kinks.is_none() && fresnel.kink.is_none();
             for rule in if smooth { &["cone", "cone_elliptic", "h_split"][..] } else { &["h_split"] } {
-                let name = format!("bake/{rule}+{}+{}", visibility.file, fresnel.file);
+                let name = format!("bake/{rule}+{}+{}", visibility.file, file);
                 assert!(SHADERS.iter().any(|(n, _)| *n == name), "{name} is not compiled");
             }
         }
@@ -125,8 +128,8 @@ fn every_rule_has_a_shader_per_geometry_and_fresnel_term() {
 
 #[test]
 fn fresnel_terms_state_the_same_rule_on_both_sides() {
-    for term in fresnel::TERMS {
-        let glsl = read(&root().join("shaders/term/fresnel").join(term.file).with_extension("glsl"));
+    for (term, file) in fresnel::TERMS.iter().filter_map(|t| Some((t, t.file?))) {
+        let glsl = read(&root().join("shaders/term/fresnel").join(file).with_extension("glsl"));
         assert!(glsl.contains(&format!("#define FRESNEL_KINKS {}\n", u32::from(term.kink.is_some()))), "{}", term.name);
         let nodes = term.azimuth.map(|size| format!("#define FRESNEL_AZIMUTH_NODES NODES_{size}_FAR\n"));
         assert_eq!(glsl.contains("FRESNEL_AZIMUTH_NODES"), nodes.is_some(), "{}", term.name);
@@ -152,7 +155,7 @@ fn geometry_terms_state_the_same_rule_on_both_sides() {
 #[test]
 fn transmission_has_a_shader_for_either_side_and_the_same_nodes() {
     for fresnel in fresnel::TERMS {
-        let name = format!("bake/transmit+{}", fresnel.file);
+        let name = format!("bake/transmit+{}", fresnel.file.unwrap_or(fresnel.name));
         let transparent = ["dielectric", "internal"].contains(&fresnel.name);
         assert_eq!(SHADERS.iter().any(|(n, _)| *n == name), transparent, "{name}");
     }
@@ -160,4 +163,12 @@ fn transmission_has_a_shader_for_either_side_and_the_same_nodes() {
     let nodes = glsl.split("#define TRANSMIT_NODES NODES_").nth(1).and_then(|rest| rest.split('_').next()).unwrap();
     let outside = fresnel::Fresnel::dielectric(1.5).unwrap();
     assert!(brdf_baker::rule::transmit::rule_name(&outside).ends_with(&format!("x{nodes} a panel")), "{nodes}");
+}
+
+#[test]
+fn rings_have_the_same_nodes_on_both_sides() {
+    let glsl = read(&root().join("shaders/rule/rings.glsl"));
+    let nodes = format!("#define RING_NODES NODES_{}_FAR\n", rings::AZIMUTH_NODES);
+    assert!(glsl.contains(&nodes), "the shader does not say {nodes}");
+    assert_eq!(rings::RING_LEN, 3 * 4);
 }

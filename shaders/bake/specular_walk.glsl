@@ -266,7 +266,7 @@ void main() {
 #else
 #define HORIZON
 #endif
-        float v0 = spread * spread / 16.0;
+        float v0 = BEYOND * spread * spread;
         float h0 = 0.25 * spread;
         q_same *= 0.125;
         q_mixed *= 0.25;

@@ -9,7 +9,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::albedo::{by_reflectances, channel};
+use super::albedo::{OVER_FILM, by_reflectances, channel, interference, of_colour};
 use super::grid::Grid;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
@@ -69,11 +69,14 @@ static FACTS: Facts = Facts {
     about: "hemispherical mean of the albedo over roughness, for energy compensation",
     source: "Kulla, Conty 2017, Revisiting Physically Based Shading at Imageworks",
     usage: "multiple scattering lobe = (1 - E(n_dot_l)) * (1 - E(n_dot_v)) / (pi * (1 - average))",
-    channels: |fresnel| by_reflectances(fresnel, &CHANNELS[..1], &CHANNELS, &CONDUCTOR_CHANNELS),
+    channels: |fresnel| {
+        by_reflectances(fresnel, &CHANNELS[..1], &CHANNELS, of_colour(fresnel, &CONDUCTOR_CHANNELS, &FILM_CHANNELS))
+    },
     complement: Some(&LOST),
     default_channels: |fresnel| by_reflectances(fresnel, &["average"], &["reflected"], &["red", "green", "blue"]),
     fresnel: Fresnel::ONE,
     axes: &[Coordinate::Roughness],
+    slices: &[OVER_FILM],
     rule: |model| format!("{} Gauss-Legendre nodes of sqrt(n_dot_v) x {}", nodes(model).len(), model.rule_name()),
     tolerance: Tolerance {
         worst: 1e-6,
@@ -93,6 +96,13 @@ static CONDUCTOR_CHANNELS: [Channel; 4] = [
     channel("red", "2 * integral of albedo * n_dot_v, exact F of red"),
     channel("green", "2 * integral of albedo * n_dot_v, exact F of green"),
     channel("blue", "2 * integral of albedo * n_dot_v, exact F of blue"),
+];
+
+static FILM_CHANNELS: [Channel; 4] = [
+    channel("average", "2 * integral of albedo * n_dot_v, F = 1"),
+    interference("red", "2 * integral of albedo * n_dot_v, the film's F of red"),
+    interference("green", "2 * integral of albedo * n_dot_v, the film's F of green"),
+    interference("blue", "2 * integral of albedo * n_dot_v, the film's F of blue"),
 ];
 
 impl Table for AverageAlbedo {

@@ -1,16 +1,18 @@
 //! Channels that engines keep in the same texture as a table, although they belong to another BRDF: cloth beside split-sum
-//! (Filament, Babylon.js, glTF), a diffuse term beside it (Unity's high definition pipeline).
+//! (Filament, Babylon.js, glTF), diffuse and sheen terms (Unity's high definition pipeline).
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
+use super::diffuse::{self, Diffuse};
 use super::grid::Grid;
 use super::{At, Backend, Channel, Model, Tolerance};
 use crate::error::Result;
+use crate::ndf::alpha_of;
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::{Estimate, integrate};
 use crate::quadrature::gauss_legendre::{Node, gauss_legendre};
-use crate::term::fresnel::{Fresnel, WEIGHTS};
+use crate::term::fresnel::{Fresnel, WEIGHTS, Weights};
 use crate::verify::truth;
 
 /// A quantity over n·v and roughness.
@@ -27,6 +29,12 @@ pub struct Companion {
 enum Kind {
     /// The directional albedo of another microfacet model.
     Albedo { ndf: &'static str, visibility: &'static str },
+    /// An integral of Charlie's sheen as Unity stores it, over 2π and clamped: by index into the weights of the split sum.
+    Charlie(usize),
+    /// Unity's diffuse term of fabric: 1 − alpha/2, a constant of l and v.
+    FabricLambert,
+    /// A rough diffuse BRDF.
+    Diffuse(&'static Diffuse),
     /// Burley's diffuse term as Unity normalises it.
     DisneyDiffuse,
 }
@@ -54,14 +62,89 @@ pub static COMPANIONS: &[Companion] = &[
         source: "Burley 2012, Physically-Based Shading at Disney, section 5.3; Unity's BSDF.hlsl normalises by 1.03571",
         kind: Kind::DisneyDiffuse,
     },
+    Companion {
+        channel: Channel {
+            name: "charlie-bias",
+            meaning: "integral of sheen (Charlie with its own term) times (1 - v.h)^5, over 2 pi, clamped to [0, 1]",
+            range: [0.0, 1.0],
+        },
+        source: "Estevez, Kulla 2017; Unity's preIntegratedFGD_CharlieFabricLambert.shader",
+        kind: Kind::Charlie(1),
+    },
+    Companion {
+        channel: Channel {
+            name: "charlie-albedo",
+            meaning: "directional albedo of sheen (Charlie with its own term), over 2 pi, clamped to [0, 1]",
+            range: [0.0, 1.0],
+        },
+        source: "Estevez, Kulla 2017; Unity's preIntegratedFGD_CharlieFabricLambert.shader",
+        kind: Kind::Charlie(0),
+    },
+    Companion {
+        channel: Channel {
+            name: "fabric-lambert",
+            meaning: "albedo of Unity's diffuse term of fabric, 1 - alpha/2",
+            range: [0.0, 1.0],
+        },
+        source: "Unity's BSDF.hlsl, FabricLambert",
+        kind: Kind::FabricLambert,
+    },
+    Companion {
+        channel: Channel {
+            name: "oren-nayar",
+            meaning: "directional albedo of Oren's and Nayar's simple form, sigma = roughness in radians; exceeds 1 at grazing",
+            range: [0.0, 1.5],
+        },
+        source: "Oren, Nayar 1994, Generalization of Lambert's Reflectance Model, Eq. 30",
+        kind: Kind::Diffuse(&diffuse::OREN_NAYAR),
+    },
+    Companion {
+        channel: Channel {
+            name: "oren-nayar-full",
+            meaning: "directional albedo of Oren's and Nayar's full form, second bounce included; exceeds 1 at grazing",
+            range: [0.0, 1.5],
+        },
+        source: "Oren, Nayar 1994, Generalization of Lambert's Reflectance Model, Eq. 27 to 29",
+        kind: Kind::Diffuse(&diffuse::OREN_NAYAR_FULL),
+    },
+    Companion {
+        channel: Channel {
+            name: "eon-single",
+            meaning: "directional albedo of EON's single scattering (Fujii's form); multiple scattering returns the rest of 1",
+            range: [0.0, 1.0],
+        },
+        source: "Portsmouth, Kutz, Hill 2025, EON: A Practical Energy-Preserving Rough Diffuse BRDF",
+        kind: Kind::Diffuse(&diffuse::FUJII),
+    },
 ];
 
 impl Companion {
     /// The microfacet model behind it, if there is one.
     fn model(&self) -> Option<Model> {
-        let Kind::Albedo { ndf, visibility } = self.kind else { return None };
+        let (ndf, visibility, fresnel) = match self.kind {
+            Kind::Albedo { ndf, visibility } => (ndf, visibility, Fresnel::ONE),
+            Kind::Charlie(_) => ("charlie", "charlie", Fresnel::SCHLICK),
+            Kind::DisneyDiffuse | Kind::FabricLambert | Kind::Diffuse(_) => return None,
+        };
         let model = Model::parse(ndf, visibility).expect("companions name models of the registries");
-        Some(model.with(Fresnel::ONE))
+        Some(model.with(fresnel))
+    }
+
+    /// What is stored of the model's weights.
+    fn of_weights(&self, weights: Weights) -> f64 {
+        match self.kind {
+            Kind::Charlie(weight) => (weights[weight] / TAU).min(1.0),
+            _ => weights[0],
+        }
+    }
+
+    /// What is stored where there is no model.
+    fn closed_form(&self, at: At) -> f64 {
+        match self.kind {
+            Kind::FabricLambert => 1.0 - 0.5 * alpha_of(at.roughness),
+            Kind::Diffuse(diffuse) => (diffuse.rule)(at.n_dot_v, at.roughness),
+            _ => disney_diffuse(at),
+        }
     }
 
     /// Least and greatest value in a table whose roughness is at least `roughness`. Cloth makes light at grazing angles,
@@ -69,7 +152,7 @@ impl Companion {
     pub fn range(&self, roughness: f64) -> [f32; 2] {
         match self.kind {
             Kind::Albedo { .. } => [0.0, (0.25 / roughness).max(1.0) as f32],
-            Kind::DisneyDiffuse => self.channel.range,
+            Kind::DisneyDiffuse | Kind::Charlie(_) | Kind::FabricLambert | Kind::Diffuse(_) => self.channel.range,
         }
     }
 
@@ -81,8 +164,8 @@ impl Companion {
     /// The deterministic rule in f64.
     pub fn rule(&self, at: At) -> f64 {
         match self.model() {
-            Some(model) => model.rule(at)[0],
-            None => disney_diffuse(at),
+            Some(model) => self.of_weights(model.rule(at)),
+            None => self.closed_form(at),
         }
     }
 
@@ -90,7 +173,11 @@ impl Companion {
     pub fn rule_name(&self) -> String {
         match self.model() {
             Some(model) => model.rule_name(),
-            None => format!("Gauss-Legendre, {DIFFUSE_NODES} nodes, which is exact"),
+            None => match self.kind {
+                Kind::FabricLambert => "closed form".into(),
+                Kind::Diffuse(diffuse) => diffuse.rule_name.into(),
+                _ => format!("Gauss-Legendre, {DIFFUSE_NODES} nodes, which is exact"),
+            },
         }
     }
 
@@ -99,9 +186,13 @@ impl Companion {
         match self.model() {
             Some(model) => {
                 let found = truth::albedo(&model, at.n_dot_v, at.roughness, tolerance);
-                Estimate { value: [found.value[0]], error: found.error }
+                Estimate { value: [self.of_weights(found.value)], error: found.error }
             }
-            None => disney_diffuse_truth(at, tolerance),
+            None => match self.kind {
+                Kind::FabricLambert => fabric_truth(at, tolerance),
+                Kind::Diffuse(diffuse) => diffuse.truth(at, tolerance),
+                _ => disney_diffuse_truth(at, tolerance),
+            },
         }
     }
 
@@ -124,13 +215,14 @@ impl Companion {
             // A polynomial of 8 terms: no work for a device.
             let row = |roughness: &f64| {
                 let roughness = *roughness;
-                n_dot_v.iter().map(move |n_dot_v| disney_diffuse(At { n_dot_v: *n_dot_v, roughness }) as f32)
+                n_dot_v.iter().map(move |n_dot_v| self.closed_form(At { n_dot_v: *n_dot_v, roughness }) as f32)
             };
             return Ok(roughness.iter().flat_map(row).collect());
         };
         let grid = Grid { stage: self.channel.name, n_dot_v, roughness, first_slice: None };
         let texels = grid.run(backend, &model, on)?;
-        Ok(texels.iter().step_by(WEIGHTS).copied().collect())
+        let of_texel = |weights: &[f32; WEIGHTS]| self.of_weights(weights.map(f64::from)) as f32;
+        Ok(texels.as_chunks::<WEIGHTS>().0.iter().map(of_texel).collect())
     }
 }
 
@@ -184,6 +276,15 @@ fn disney_diffuse_truth(at: At, tolerance: f64) -> Estimate<1> {
     };
     let found = integrate(&[0.0, PI / 2.0], 0.5 * tolerance, 1 << 10, ring);
     Estimate { value: [stored(found.value[0])], error: found.error / DISNEY_NORMALIZATION }
+}
+
+/// Fabric's diffuse term by adaptive integration of the constant BRDF over the cosine.
+fn fabric_truth(at: At, tolerance: f64) -> Estimate<1> {
+    let brdf = (1.0 - 0.5 * at.roughness * at.roughness) / PI;
+    integrate(&[0.0, PI / 2.0], tolerance, 1 << 10, |theta| Estimate {
+        value: [TAU * brdf * theta.sin() * theta.cos()],
+        error: 0.0,
+    })
 }
 
 #[cfg(test)]

@@ -12,7 +12,8 @@
 
 use super::albedo::channel;
 use super::grid::Grid;
-use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
+use super::slice_axis::Kind;
+use super::{At, AtNumber, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, TableRequest, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::{Error, Result};
 use crate::progress::OnProgress;
@@ -26,13 +27,15 @@ pub struct Glass;
 
 /// Crown glass from outside.
 pub(super) const WINDOW: Fresnel =
-    Fresnel { term: &dielectric::DIELECTRIC, optics: Optics { eta: [1.5; 3], k: [0.0; 3] } };
+    Fresnel { term: &dielectric::DIELECTRIC, optics: Optics { eta: [1.5; 3], ..Optics::NONE } };
 
-static CHANNELS: [Channel; 3] = [
+static CHANNELS: [Channel; 4] = [
     channel("reflected", "share that single scattering reflects"),
     channel("transmitted", "share that single scattering transmits, of power"),
     channel("total", "reflected + transmitted"),
+    channel("lost", "1 - total: what single scattering loses"),
 ];
+static UNREFLECTED: Channel = channel("unreflected", "1 - reflected: what single scattering does not reflect");
 
 static FACTS: Facts = Facts {
     name: "glass",
@@ -40,10 +43,11 @@ static FACTS: Facts = Facts {
     source: "Walter, Marschner, Li, Torrance 2007, Microfacet Models for Refraction through Rough Surfaces",
     usage: "energy that single scattering loses = 1 - total; both lobes divided by total keep all",
     channels: |_| &CHANNELS,
-    complement: None,
+    complement: Some(&UNREFLECTED),
     default_channels: |_| &["reflected", "transmitted"],
     fresnel: WINDOW,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
+    slices: SLICES,
     rule: rule_name,
     tolerance: TOLERANCE,
 };
@@ -55,6 +59,12 @@ pub(super) const TOLERANCE: Tolerance = Tolerance {
     near_zero: 4e-6,
     why: "tests/energy.rs: rule against truth 3e-7, llvmpipe 22.3.6 against the rule 6e-7",
 };
+
+/// Over indices, of either side, 1 for no interface included.
+pub(super) static SLICES: &[(Kind, AtNumber)] = &[(Kind::Ior, |ior, request| match request.fresnel {
+    None => Ok(TableRequest { fresnel: Some(Fresnel::interface(ior)), ..request }),
+    Some(_) => Err(Error::usage("an index beside an axis of indices", "drop --ior, or the axis")),
+})];
 
 /// Both rules in words.
 pub(super) fn rule_name(model: &Model) -> String {
@@ -84,9 +94,10 @@ pub(super) fn is_nothing(model: &Model) -> bool {
     model.fresnel.optics.eta[0] == 1.0
 }
 
-/// (reflected, transmitted, total) from what is reflected and transmitted.
+/// (reflected, transmitted, total, lost) from what is reflected and transmitted.
 pub(super) fn channels(reflected: f64, transmitted: f64) -> Values {
-    [reflected, transmitted, reflected + transmitted, 0.0]
+    let total = reflected + transmitted;
+    [reflected, transmitted, total, 1.0 - total]
 }
 
 /// Both by the rule.

@@ -17,11 +17,13 @@ use crate::quadrature::adaptive::Estimate;
 /// The table.
 pub struct GlassAverage;
 
-static CHANNELS: [Channel; 3] = [
+static CHANNELS: [Channel; 4] = [
     channel("reflected", "mean share that single scattering reflects"),
     channel("transmitted", "mean share that single scattering transmits, of power"),
     channel("total", "reflected + transmitted"),
+    channel("lost", "1 - total: mean of what single scattering loses"),
 ];
+static UNREFLECTED: Channel = channel("unreflected", "1 - reflected: mean of what single scattering does not reflect");
 
 static FACTS: Facts = Facts {
     name: "glass-average",
@@ -29,10 +31,11 @@ static FACTS: Facts = Facts {
     source: "Walter, Marschner, Li, Torrance 2007, Microfacet Models for Refraction through Rough Surfaces",
     usage: "mean of the energy that single scattering loses = 1 - total",
     channels: |_| &CHANNELS,
-    complement: None,
+    complement: Some(&UNREFLECTED),
     default_channels: |_| &["reflected", "transmitted"],
     fresnel: WINDOW,
     axes: &[Coordinate::Roughness],
+    slices: glass::SLICES,
     rule: |model| {
         format!("{} Gauss-Legendre nodes of sqrt(n_dot_v) x ({})", nodes(model).len(), glass::rule_name(model))
     },

@@ -15,6 +15,7 @@ use crate::progress::{OnProgress, tick};
 use crate::rule::cone_elliptic::{self, Cone};
 use crate::rule::cone_nodes;
 use crate::rule::h_split::{Outer, Row, outer};
+use crate::rule::rings::{self, RING_LEN};
 use crate::rule::transmit;
 use crate::shaders;
 use crate::term::fresnel::{WEIGHTS, Weights};
@@ -89,8 +90,8 @@ impl Grid<'_> {
 
     fn on_gpu(&self, gpu: &Gpu, model: &Model, method: Method, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         let name = model.kernel(method);
-        let bindings = if matches!(method, Method::HSplit | Method::Transmit) { 5 } else { 4 };
-        let kernel = gpu.kernel(&name, &shaders::spirv(&name), bindings, size_of::<Slice>() as u32)?;
+        let bindings = if matches!(method, Method::Cone | Method::ConeElliptic) { 4 } else { 5 };
+        let kernel = gpu.kept_kernel(&name, &shaders::spirv(&name), bindings, size_of::<Slice>() as u32)?;
         let n_dot_v: Vec<f32> = self.n_dot_v.iter().map(|x| *x as f32).collect();
         let n_dot_v = gpu.upload("n_dot_v", &n_dot_v)?;
         let padded = |x: [f64; 3]| [x[0] as f32, x[1] as f32, x[2] as f32, 0.0];
@@ -114,6 +115,7 @@ impl Grid<'_> {
                 Method::HSplit => inputs.h_split(gpu, model, self.n_dot_v, band, |row, n_dot_v, nodes| {
                     outer(&model.ndf, model.visibility, &model.fresnel, row, n_dot_v, nodes);
                 })?,
+                Method::Rings => inputs.rings(gpu, model, self.n_dot_v, band)?,
                 Method::Transmit => inputs.h_split(gpu, model, self.n_dot_v, band, |row, n_dot_v, nodes| {
                     transmit::outer(&model.ndf, &model.fresnel, row, n_dot_v, nodes);
                 })?,
@@ -132,7 +134,20 @@ impl Grid<'_> {
                 slice = next_slice(count, start.elapsed(), WORKGROUP);
                 first += count;
             }
+            let start = out.len();
             out.extend(gpu.read::<f32>(&result)?);
+            if method == Method::Rings {
+                // A mirror has no rings.
+                for (texel, out) in out[start..].as_chunks_mut::<WEIGHTS>().0.iter_mut().enumerate() {
+                    let at = At {
+                        n_dot_v: self.n_dot_v[texel % self.n_dot_v.len()],
+                        roughness: band[texel / self.n_dot_v.len()],
+                    };
+                    if at.roughness == 0.0 {
+                        *out = model.rule(at).map(|v| v as f32);
+                    }
+                }
+            }
         }
         tick(on, self.stage, 1.0)?;
         Ok(out)
@@ -187,6 +202,32 @@ impl Inputs {
         });
         self.put(gpu, 0, "cones", records.as_flattened().as_flattened())?;
         self.put(gpu, 1, "latitudes", nodes.as_flattened().as_flattened())
+    }
+
+    /// The widths and the rings of a band, as `shaders/bake/rings.comp` reads them; a mirror has none.
+    fn rings(&mut self, gpu: &Gpu, model: &Model, n_dot_v: &[f64], band: &[f64]) -> Result<()> {
+        let shadowed = if model.is_shadowed() { 1.0 } else { 0.0 };
+        let rows: Vec<[f32; 2]> = band.iter().map(|r| [alpha_of(*r) as f32, shadowed]).collect();
+        let of_texel = |texel: usize| -> Vec<[f32; RING_LEN]> {
+            let (alpha, mu) = (alpha_of(band[texel / n_dot_v.len()]), n_dot_v[texel % n_dot_v.len()]);
+            let mut list = vec![];
+            if alpha > 0.0 {
+                rings::outer(alpha, mu, &model.fresnel, &mut list);
+            }
+            list.iter().map(|ring| ring.packed(&model.fresnel)).collect()
+        };
+        let texels: Vec<_> = (0..band.len() * n_dot_v.len()).into_par_iter().map(of_texel).collect();
+        let mut first = vec![0u32];
+        let mut list = vec![];
+        for texel in &texels {
+            list.extend_from_slice(texel);
+            first.push(list.len() as u32);
+        }
+        // A buffer is never empty, even where every lobe is a mirror.
+        list.push([0.0; RING_LEN]);
+        self.put(gpu, 0, "rows", rows.as_flattened())?;
+        self.put(gpu, 1, "rings", list.as_flattened())?;
+        self.put(gpu, 2, "first rings", &first)
     }
 
     /// The rows and the polar nodes of a band, as `shaders/lib/h_table.glsl` reads them.

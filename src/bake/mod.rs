@@ -5,25 +5,38 @@ pub mod atlas;
 mod average_albedo;
 pub mod backend;
 pub mod companion;
+mod diffuse;
 mod glass;
 mod glass_average;
 pub mod grid;
+mod kulla_conty;
+pub mod ltc;
+mod ltc_magnitude;
+mod ltc_sheen;
 pub mod model;
 pub mod quality;
 pub mod roughness_law;
+mod schlick_weight;
+mod skin;
+pub mod slice_axis;
 pub(crate) mod slices;
 pub mod specular;
 mod split_sum;
 mod stored;
+mod turquin;
 pub mod volume;
 
 pub use backend::Backend;
 pub use model::Model;
 pub use roughness_law::RoughnessLaw;
+pub use slice_axis::SliceAxis;
 pub use stored::Stored;
-pub use volume::{IorMap, VolumeJob};
+pub use volume::VolumeJob;
+
+use rayon::prelude::*;
 
 use self::companion::{COMPANIONS, Companion};
+use self::slice_axis::Kind;
 use crate::axis::{Axis, Coordinate, Points, Warp};
 use crate::error::{Error, Result, nearest};
 use crate::format::{Encoding, Fingerprint, Steps};
@@ -48,9 +61,9 @@ pub const MAX_SIZE: u32 = 8192;
 /// Where in a table: the coordinates of one texel. A table without n·v ignores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct At {
-    /// Cosine between normal and viewer, in [0, 1].
+    /// Cosine between normal and viewer, in [0, 1]; of skin between normal and light, in [−1, 1].
     pub n_dot_v: f64,
-    /// Perceptual roughness, in [0, 1].
+    /// Perceptual roughness, in [0, 1]; of skin the curvature in 1/mm.
     pub roughness: f64,
 }
 
@@ -85,6 +98,9 @@ impl Tolerance {
     }
 }
 
+/// The request for a slice, from its number and the request for all.
+pub type AtNumber = fn(f64, TableRequest) -> Result<TableRequest>;
+
 /// What a table is.
 pub struct Facts {
     /// The name used on the command line and in files.
@@ -105,18 +121,99 @@ pub struct Facts {
     pub fresnel: Fresnel,
     /// Its axes, x first, unless told otherwise.
     pub axes: &'static [Coordinate],
+    /// The axes over slices that it may have, and the request for a slice at a number of each.
+    pub slices: &'static [(Kind, AtNumber)],
     /// The rule and its number of nodes, for the file's certificate.
     pub rule: fn(&Model) -> String,
     /// Bounds of its error.
     pub tolerance: Tolerance,
 }
 
+/// What a user means who says nothing else of a table.
+#[derive(Clone, Copy, Debug)]
+pub struct Usual {
+    /// Width and height in texels.
+    pub size: (u32, u32),
+    /// What runs along its axes; `None` is each coordinate itself.
+    pub axes: Option<&'static [Warp]>,
+    /// Where in its texel a value is taken.
+    pub points: Points,
+    /// Names of the distribution and of the geometry term; `None` for a table that has its own lobe.
+    pub model: Option<[&'static str; 2]>,
+    /// Its texels are stored as single floats where the container has them: halves are too coarse.
+    pub single: bool,
+    /// No device computes it.
+    pub on_processor: bool,
+}
+
+impl Usual {
+    /// 256 × 256 texels, centers, GGX with height-correlated Smith.
+    pub const TABLE: Usual = Usual {
+        size: (256, 256),
+        axes: None,
+        points: Points::Centers,
+        model: Some(["ggx", "smith"]),
+        single: false,
+        on_processor: false,
+    };
+}
+
+/// A channel that follows from the others of its texel.
+pub struct Derived {
+    /// The channel.
+    pub channel: Channel,
+    /// Bounds of its error.
+    pub tolerance: Tolerance,
+    /// Its value from those of the table.
+    pub rule: fn(&Model, At, &Values) -> f64,
+    /// The same by other means, where there are some.
+    pub truth: fn(&Model, At, &Values) -> Estimate<1>,
+}
+
+/// What must hold of a texel as a whole.
+pub struct TexelLaw {
+    /// What, of a texel, as a reader would say it.
+    pub statement: &'static str,
+    /// What is wrong with the values of a texel, each of which may be rounded by so much; `None` where nothing is.
+    pub broken: fn(&Model, At, found: &Values, rounding: &Values) -> Option<String>,
+}
+
 /// A table that can be baked.
 pub trait Table: Sync {
     /// What it is.
     fn facts(&self) -> &'static Facts;
+    /// The request that its name alone stands for.
+    fn usual(&self) -> Usual {
+        Usual::TABLE
+    }
+    /// Bounds of the error of one of its values for a model.
+    fn tolerance(&self, model: &Model, _value: usize) -> Tolerance {
+        model.tolerance(&self.facts().tolerance)
+    }
+    /// Refuses a limit that it does not have: at n·v = 0 if `at_grazing`, at roughness 0 if `at_mirror`.
+    fn check_limits(&self, model: &Model, at_grazing: bool, at_mirror: bool) -> Result<()> {
+        model.check_limits(at_grazing, at_mirror)
+    }
+    /// What can be had of its values beside them.
+    fn derived(&self) -> &'static [Derived] {
+        &[]
+    }
+    /// What must hold of a texel that has all of its values.
+    fn law(&self) -> Option<&'static TexelLaw> {
+        None
+    }
+    /// What [`Table::truth`] is, in words.
+    fn truth_name(&self) -> &'static str {
+        "adaptive f64 integration"
+    }
+    /// What a file should say of its texels: [`MAX_CHANNELS`] values for each place.
+    fn describe(&self, _model: &Model, _places: &[At], _texels: &[f32], _meta: &mut Meta) {}
     /// The deterministic rule in f64: what the CPU backend bakes, and the twin of the kernel.
     fn rule(&self, model: &Model, at: At) -> Values;
+    /// The Fresnel term that it takes where this one was asked for; its own where none was.
+    fn fresnel(&self, given: Option<Fresnel>) -> Result<Fresnel> {
+        Ok(given.unwrap_or(self.facts().fresnel))
+    }
     /// Refuses a model that the table cannot hold.
     fn check(&self, _model: &Model) -> Result<()> {
         Ok(())
@@ -142,6 +239,14 @@ pub static TABLES: &[&dyn Table] = &[
     &average_albedo::AverageAlbedo,
     &glass::Glass,
     &glass_average::GlassAverage,
+    &schlick_weight::SchlickWeight,
+    &kulla_conty::KullaConty,
+    &turquin::Turquin,
+    &skin::Skin,
+    &ltc::Ltc,
+    &ltc_magnitude::LtcMagnitude,
+    &ltc_sheen::LtcSheen,
+    &ltc_sheen::LtcSheenFibres,
 ];
 
 /// The table with this name.
@@ -165,6 +270,8 @@ pub struct TableJob {
     pub axes: Vec<Axis>,
     /// What each channel of a texel holds.
     pub channels: Vec<Source>,
+    /// The roughness of all texels, of a table without that axis.
+    pub roughness: Option<f64>,
     /// The albedo table that this is the average of; `None` for the average of the albedo itself, and for other tables.
     pub of: Option<Stored>,
 }
@@ -176,6 +283,8 @@ pub enum Source {
     Table(usize),
     /// 1 less the table's first channel: its [`Facts::complement`].
     Complement(&'static Channel),
+    /// What follows from the table's values.
+    Derived(&'static Derived),
     /// Another quantity over the same coordinates.
     Companion(&'static Companion),
 }
@@ -183,7 +292,7 @@ pub enum Source {
 impl Source {
     /// Does it need the table's values?
     fn is_of_table(&self) -> bool {
-        matches!(self, Source::Table(_) | Source::Complement(_))
+        !matches!(self, Source::Companion(_))
     }
 }
 
@@ -202,6 +311,8 @@ pub struct TableRequest {
     pub fresnel: Option<Fresnel>,
     /// Names of the axes, x first.
     pub axes: Option<Vec<String>>,
+    /// The roughness of all texels, in place of the axis of roughness.
+    pub roughness: Option<f64>,
     /// Where in its texel a value is taken.
     pub points: Points,
     /// Row 0 holds the largest position of the y axis (of the x axis in a table with one).
@@ -215,16 +326,20 @@ pub struct TableRequest {
 }
 
 impl TableRequest {
-    /// The default request for a table: 256 × 256 texels, centers, GGX with height-correlated Smith.
-    pub fn new(table: &str) -> TableRequest {
+    /// The default request for a table: its [`Table::usual`].
+    pub fn new(name: &str) -> TableRequest {
+        let usual = table(name).map_or(Usual::TABLE, |table| table.usual());
+        // A table with a lobe of its own is asked for the usual model, which it ignores.
+        let [ndf, visibility] = usual.model.or(Usual::TABLE.model).expect("the usual table has a model");
         TableRequest {
-            table: table.into(),
-            size: (256, 256),
-            ndf: "ggx".into(),
-            visibility: "smith".into(),
+            table: name.into(),
+            size: usual.size,
+            ndf: ndf.into(),
+            visibility: visibility.into(),
             fresnel: None,
-            axes: None,
-            points: Points::Centers,
+            axes: usual.axes.map(|axes| axes.iter().map(|warp| warp.name().into()).collect()),
+            roughness: None,
+            points: usual.points,
             flip_v: false,
             row_shift: 0,
             channels: None,
@@ -268,19 +383,28 @@ impl TableRequest {
     pub fn resolve(&self) -> Result<TableJob> {
         let table = table(&self.table)?;
         let facts = table.facts();
-        let model = Model::parse(&self.ndf, &self.visibility)?.with(self.fresnel.unwrap_or(facts.fresnel));
+        let model = Model::parse(&self.ndf, &self.visibility)?.with(table.fresnel(self.fresnel)?);
         model.check()?;
         table.check(&model)?;
         if self.of.is_some() && facts.name != "average-albedo" {
             return Err(Error::usage(format!("{} is not the average of a stored table", facts.name), ""));
         }
+        let roughness = self.roughness;
+        if let Some(bad) = roughness.filter(|r| !(0.0..=1.0).contains(r)) {
+            return Err(Error::usage(format!("a roughness of {bad} cannot be baked"), "give a number from 0 to 1"));
+        }
+        let own_axes: Vec<Coordinate> =
+            facts.axes.iter().copied().filter(|a| roughness.is_none() || *a != Coordinate::Roughness).collect();
+        if own_axes.is_empty() {
+            return Err(Error::usage(format!("{} at one roughness is one number", facts.name), "drop --roughness"));
+        }
         let warps: Vec<Warp> = match &self.axes {
-            None => facts.axes.iter().map(|a| a.plain()).collect(),
+            None => own_axes.iter().map(|a| a.plain()).collect(),
             Some(names) => names.iter().map(|n| Warp::parse(n)).collect::<Result<_>>()?,
         };
-        let same_set = facts.axes.iter().all(|a| warps.iter().any(|w| w.coordinate() == *a));
-        if !same_set || warps.len() != facts.axes.len() {
-            let names: Vec<_> = facts.axes.iter().map(|a| a.name()).collect();
+        let same_set = own_axes.iter().all(|a| warps.iter().any(|w| w.coordinate() == *a));
+        if !same_set || warps.len() != own_axes.len() {
+            let names: Vec<_> = own_axes.iter().map(|a| a.name()).collect();
             return Err(Error::usage(
                 format!("{} has the axes {}", facts.name, names.join(" and ")),
                 format!("name each of them once, warped or not, e.g. --axes {}", names.join(",")),
@@ -310,29 +434,33 @@ impl TableRequest {
         };
         let axes = warps.into_iter().zip(sizes).enumerate().map(axis).collect();
         let own = (facts.channels)(&model.fresnel);
-        let companions = || COMPANIONS.iter().filter(|_| facts.axes.len() == 2);
+        let companions = || COMPANIONS.iter().filter(|_| own_axes == [Coordinate::NDotV, Coordinate::Roughness]);
         let known = || {
-            let beside = facts.complement.iter().map(|c| c.name).chain(companions().map(|c| c.channel.name));
+            let derived = table.derived().iter().map(|d| d.channel.name);
+            let beside = facts.complement.iter().map(|c| c.name).chain(derived);
+            let beside = beside.chain(companions().map(|c| c.channel.name));
             own.iter().map(|c| c.name).chain(beside)
         };
         let wanted: Vec<&str> = match &self.channels {
             None => (facts.default_channels)(&model.fresnel).to_vec(),
             Some(names) => names.iter().map(String::as_str).collect(),
         };
-        let channel = |name: &&str| {
-            let of_table = own.iter().position(|c| c.name == *name).map(Source::Table);
-            let of_complement = || facts.complement.filter(|c| c.name == *name).map(Source::Complement);
-            let of_companion = || companions().find(|c| c.channel.name == *name).map(Source::Companion);
-            of_table
-                .or_else(of_complement)
-                .or_else(of_companion)
-                .ok_or_else(|| Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known())))
-        };
+        let channel =
+            |name: &&str| {
+                let of_table = own.iter().position(|c| c.name == *name).map(Source::Table);
+                let of_complement = || facts.complement.filter(|c| c.name == *name).map(Source::Complement);
+                let of_derived = || table.derived().iter().find(|d| d.channel.name == *name).map(Source::Derived);
+                let of_companion = || companions().find(|c| c.channel.name == *name).map(Source::Companion);
+                of_table.or_else(of_complement).or_else(of_derived).or_else(of_companion).ok_or_else(|| {
+                    Error::usage(format!("{} has no channel '{name}'", facts.name), nearest(name, known()))
+                })
+            };
         let channels: Vec<Source> = wanted.iter().map(channel).collect::<Result<_>>()?;
-        let edges = |c| self.points == Points::Edges && facts.axes.contains(&c);
-        let (at_grazing, at_mirror) = (edges(Coordinate::NDotV), edges(Coordinate::Roughness));
+        let edges = |c| self.points == Points::Edges && own_axes.contains(&c);
+        let (at_grazing, at_mirror) =
+            (edges(Coordinate::NDotV), edges(Coordinate::Roughness) || roughness == Some(0.0));
         if channels.iter().any(Source::is_of_table) {
-            model.check_limits(at_grazing, at_mirror)?;
+            table.check_limits(&model, at_grazing, at_mirror)?;
         }
         for channel in &channels {
             if let Source::Companion(companion) = channel {
@@ -342,7 +470,7 @@ impl TableRequest {
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
         }
-        Ok(TableJob { table, model, axes, channels, of: self.of })
+        Ok(TableJob { table, model, axes, channels, roughness, of: self.of })
     }
 }
 
@@ -354,11 +482,11 @@ impl TableJob {
 
     /// The coordinates of texel (x, y). A table without n·v has n·v = 1 everywhere.
     pub fn at(&self, x: u32, y: u32) -> At {
-        let mut at = At { n_dot_v: 1.0, roughness: 1.0 };
+        let mut at = At { n_dot_v: 1.0, roughness: self.roughness.unwrap_or(1.0) };
         for (axis, i) in self.axes.iter().zip([x, y]) {
             match axis.warp.coordinate() {
-                Coordinate::NDotV => at.n_dot_v = axis.at(i),
-                Coordinate::Roughness => at.roughness = axis.at(i),
+                Coordinate::NDotV | Coordinate::NDotL => at.n_dot_v = axis.at(i),
+                Coordinate::Roughness | Coordinate::Curvature => at.roughness = axis.at(i),
             }
         }
         at
@@ -370,8 +498,14 @@ impl TableJob {
         self.channels.iter().map(|source| match source {
             Source::Table(c) => &all[*c],
             Source::Complement(channel) => channel,
+            Source::Derived(derived) => &derived.channel,
             Source::Companion(companion) => &companion.channel,
         })
+    }
+
+    /// Is it computed for a distribution and a geometry term?
+    pub fn has_model(&self) -> bool {
+        self.table.usual().model.is_some()
     }
 
     /// Does any channel come from the table itself?
@@ -389,6 +523,7 @@ impl TableJob {
         let value = |source: &Source| match source {
             Source::Table(c) => all[*c],
             Source::Complement(_) => 1.0 - all[0],
+            Source::Derived(derived) => (derived.rule)(&self.model, at, &all),
             Source::Companion(companion) => companion.rule(at),
         };
         self.channels.iter().map(value).collect()
@@ -411,7 +546,9 @@ impl TableJob {
             let values = self.channels.iter().map(|source| match source {
                 Source::Table(c) => e.value[*c],
                 Source::Complement(_) => 1.0 - e.value[0],
-                Source::Companion(_) => unreachable!("TableRequest::average_of refuses companions"),
+                Source::Derived(_) | Source::Companion(_) => {
+                    unreachable!("TableRequest::average_of takes albedo tables, and refuses companions")
+                }
             });
             let values: Vec<f64> = values.collect();
             let largest = values.iter().copied().fold(0.0, f64::max);
@@ -426,7 +563,7 @@ impl TableJob {
     /// The truth of the chosen channels by adaptive integration, each with its own error, to about `share` of their
     /// bounds.
     pub fn truth(&self, at: At, share: f64) -> Vec<Estimate<1>> {
-        let tolerance = share * self.model.tolerance(&self.table.facts().tolerance).worst;
+        let tolerance = share * self.strictest();
         if let Some(stored) = &self.of {
             return self.of_stored(stored, at, |at| truth::albedo(&self.model, at.n_dot_v, at.roughness, tolerance));
         }
@@ -437,6 +574,10 @@ impl TableJob {
         let value = |source: &Source| match source {
             Source::Table(c) => Estimate { value: [all.value[*c]], error: all.error },
             Source::Complement(_) => Estimate { value: [1.0 - all.value[0]], error: all.error },
+            Source::Derived(derived) => {
+                let found = (derived.truth)(&self.model, at, &all.value);
+                Estimate { value: found.value, error: found.error + all.error * found.value[0].abs().max(1.0) }
+            }
             Source::Companion(companion) => companion.truth(at, share * companion.tolerance().worst),
         };
         self.channels.iter().map(value).collect()
@@ -453,7 +594,7 @@ impl TableJob {
         }
         let own = self.has_own().then(|| (self.table.facts().rule)(&self.model));
         let companions = self.channels.iter().filter_map(|source| match source {
-            Source::Table(_) | Source::Complement(_) => None,
+            Source::Table(_) | Source::Complement(_) | Source::Derived(_) => None,
             Source::Companion(companion) => Some(format!("{} by {}", companion.channel.name, companion.rule_name())),
         });
         own.into_iter().chain(companions).collect::<Vec<_>>().join("; ")
@@ -466,6 +607,7 @@ impl TableJob {
         let weights = stored.weights();
         let across = source.axes[0].warp.coordinate() == Coordinate::NDotV;
         let n = albedo.channels.len();
+        let into_range: Vec<_> = (0..n).map(|c| self.into_range(c)).collect();
         let mut texels = Vec::with_capacity(self.axes[0].len as usize * n);
         for row in 0..self.axes[0].len {
             let mut sums = vec![0.0; n];
@@ -474,7 +616,7 @@ impl TableJob {
                 let texel = albedo.texel(0, 0, x, y);
                 sums.iter_mut().zip(texel).for_each(|(sum, v)| *sum += weight * f64::from(*v));
             }
-            texels.extend(sums.iter().enumerate().map(|(c, sum)| self.within_range(c, *sum as f32)));
+            texels.extend(sums.iter().zip(&into_range).map(|(sum, into_range)| into_range(*sum as f32)));
         }
         let mut meta = self.meta(&Backend::Cpu);
         meta.set("of.sha256", Fingerprint::of_stored(albedo, encoding)?.sha256);
@@ -484,27 +626,42 @@ impl TableJob {
 
     /// Bakes the table; its meta says everything but the measured error.
     pub fn run(&self, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
-        let of = |wanted| {
-            let found = self.axes.iter().position(|a| a.warp.coordinate() == wanted);
-            (found, found.map_or(vec![1.0], |i| self.axes[i].coordinates()))
+        let of = |wanted: [Coordinate; 2], without: f64| {
+            let found = self.axes.iter().position(|a| wanted.contains(&a.warp.coordinate()));
+            (found, found.map_or(vec![without], |i| self.axes[i].coordinates()))
         };
-        let ((x_of, n_dot_v), (_, roughness)) = (of(Coordinate::NDotV), of(Coordinate::Roughness));
+        let ((x_of, n_dot_v), (_, roughness)) = (
+            of([Coordinate::NDotV, Coordinate::NDotL], 1.0),
+            of([Coordinate::Roughness, Coordinate::Curvature], self.roughness.unwrap_or(1.0)),
+        );
         let all = match self.has_own() {
             true => self.table.bake(&self.model, &n_dot_v, &roughness, backend, on)?,
             false => vec![],
         };
+        let places = || -> Vec<At> {
+            let row = |&roughness: &f64| n_dot_v.iter().map(move |&n_dot_v| At { n_dot_v, roughness });
+            roughness.iter().flat_map(row).collect()
+        };
         // Every channel as [roughness][n·v].
         let mut planes = Vec::with_capacity(self.channels.len());
-        for (source, facts) in self.channels.iter().zip(self.channel_facts()) {
-            let plane = match source {
+        for (channel, (source, facts)) in self.channels.iter().zip(self.channel_facts()).enumerate() {
+            let mut plane: Vec<f32> = match source {
                 Source::Table(c) => all.iter().skip(*c).step_by(MAX_CHANNELS).copied().collect(),
                 Source::Complement(_) => all.iter().step_by(MAX_CHANNELS).map(|v| 1.0 - v).collect(),
+                Source::Derived(derived) => {
+                    let value = |(at, texel): (&At, &[f32; MAX_CHANNELS])| {
+                        (derived.rule)(&self.model, *at, &texel.map(f64::from)) as f32
+                    };
+                    places().par_iter().zip(all.as_chunks().0).map(value).collect()
+                }
                 Source::Companion(companion) => companion.bake(&n_dot_v, &roughness, backend, on)?,
             };
-            if let Some(bad) = plane.iter().position(|v: &f32| !v.is_finite()) {
+            if let Some(bad) = plane.iter().position(|v| !v.is_finite()) {
                 let detail = format!("value {bad} of {} of channel {} is {}", plane.len(), facts.name, plane[bad]);
                 return Err(Error::Gpu { op: format!("bake {}", self.table.facts().name), detail });
             }
+            let into_range = self.into_range(channel);
+            plane.iter_mut().for_each(|v| *v = into_range(*v));
             planes.push(plane);
         }
 
@@ -520,19 +677,31 @@ impl TableJob {
                     (None, _) => (0, x),
                 };
                 let texel = row as usize * n_dot_v.len() + column as usize;
-                texels.extend(planes.iter().enumerate().map(|(c, plane)| self.within_range(c, plane[texel])));
+                texels.extend(planes.iter().map(|plane| plane[texel]));
             }
         }
+        let mut meta = self.meta(backend);
+        if !all.is_empty() {
+            self.table.describe(&self.model, &places(), &all, &mut meta);
+        }
         let channels = self.channel_facts().map(|c| c.name.to_string()).collect();
-        Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta: self.meta(backend) })
+        Ok(Texture { shape: Shape::Table, width, height, channels, levels: vec![texels], meta })
     }
 
     /// The bounds that the texels of a channel keep, by its place in a texel.
     pub fn tolerance(&self, channel: usize) -> Tolerance {
         match self.channels[channel] {
-            Source::Table(_) | Source::Complement(_) => self.model.tolerance(&self.table.facts().tolerance),
+            Source::Table(value) => self.table.tolerance(&self.model, value),
+            Source::Complement(_) => self.table.tolerance(&self.model, 0),
+            Source::Derived(derived) => derived.tolerance,
             Source::Companion(companion) => companion.tolerance(),
         }
+    }
+
+    /// The least bound that any of the table's values keeps.
+    fn strictest(&self) -> f64 {
+        let values = (self.table.facts().channels)(&self.model.fresnel).len();
+        (0..values).map(|value| self.table.tolerance(&self.model, value).worst).fold(f64::INFINITY, f64::min)
     }
 
     /// The bounds of the loosest channel.
@@ -549,6 +718,7 @@ impl TableJob {
                 [low, if self.model.bounded() { high } else { self.model.largest() }]
             }
             Source::Complement(channel) => [1.0 - self.model.largest(), channel.range[1]],
+            Source::Derived(derived) => derived.channel.range,
             Source::Companion(companion) => {
                 let roughness = self.axes.iter().filter(|a| a.warp.coordinate() == Coordinate::Roughness);
                 companion.range(roughness.flat_map(Axis::coordinates).fold(1.0, f64::min))
@@ -556,12 +726,40 @@ impl TableJob {
         }
     }
 
-    /// Moves a value that rounding carried over the end of its channel's range back to it. A value further out than
-    /// the tolerance stays as it is, for the checks to find.
-    fn within_range(&self, channel: usize, value: f32) -> f32 {
-        let [low, high] = self.range(channel);
-        let inside = value.clamp(low, high);
-        if f64::from((value - inside).abs()) <= self.tolerance(channel).worst { inside } else { value }
+    /// What moves a value of a channel that rounding carried over the end of its range back to it. A value further out
+    /// than the tolerance stays as it is, for the checks to find.
+    fn into_range(&self, channel: usize) -> impl Fn(f32) -> f32 {
+        let ([low, high], tolerance) = (self.range(channel), self.tolerance(channel).worst);
+        move |value| {
+            let inside = value.clamp(low, high);
+            if f64::from((value - inside).abs()) <= tolerance { inside } else { value }
+        }
+    }
+
+    /// What [`Table::describe`] says of the texels of a file that holds all of the table's values.
+    pub fn described(&self, texture: &Texture) -> Meta {
+        let mut meta = Meta::default();
+        if let Some(own) = self.own_channels() {
+            let (width, height) = self.size();
+            let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            let places: Vec<At> = texels.clone().map(|(x, y)| self.at(x, y)).collect();
+            let values = |(x, y)| {
+                let texel = texture.texel(0, 0, x, y);
+                let mut values = [0.0; MAX_CHANNELS];
+                values.iter_mut().zip(&own).for_each(|(value, place)| *value = texel[*place]);
+                values
+            };
+            let texels: Vec<f32> = texels.flat_map(values).collect();
+            self.table.describe(&self.model, &places, &texels, &mut meta);
+        }
+        meta
+    }
+
+    /// Where in a texel the table's own values are; `None` where the file does not hold all of them.
+    pub fn own_channels(&self) -> Option<Vec<usize>> {
+        let all = (self.table.facts().channels)(&self.model.fresnel).len();
+        let place = |own: usize| self.channels.iter().position(|c| matches!(c, Source::Table(value) if *value == own));
+        (0..all).map(place).collect()
     }
 
     /// What the file says of itself.
@@ -570,9 +768,11 @@ impl TableJob {
         let names = |list: Vec<&str>| list.join(",");
         let mut meta = Meta::default();
         meta.set("table", facts.name);
-        meta.set("ndf", self.model.ndf.to_string());
-        meta.set("visibility", self.model.visibility.name);
-        meta.set("fresnel", self.model.fresnel.to_string());
+        if self.has_model() {
+            meta.set("ndf", self.model.ndf.to_string());
+            meta.set("visibility", self.model.visibility.name);
+            meta.set("fresnel", self.model.fresnel.to_string());
+        }
         meta.set("axes", names(self.axes.iter().map(|a| a.warp.name()).collect()));
         meta.set("points", self.axes[0].points.name());
         meta.set(
@@ -589,6 +789,9 @@ impl TableJob {
                 format!("row 0 is the top and holds {name} {:.6}, the last {:.6}", y.at(0), y.at(y.len - 1)),
             );
         }
+        if let Some(roughness) = self.roughness {
+            meta.set("roughness", roughness);
+        }
         meta.set("alpha", "roughness^2");
         let exact = "share of white light that the material reflects by single scattering";
         let of_a_share = self.model.fresnel.is_exact() && !facts.fresnel.is_exact();
@@ -598,7 +801,7 @@ impl TableJob {
             meta.set("of", stored);
         }
         meta.set("rule", self.rule_name());
-        if let Some(note) = self.model.note() {
+        if let Some(note) = self.model.note().filter(|_| self.has_model()) {
             meta.set("note", note);
         }
         meta.set("device", backend.name());
@@ -625,17 +828,26 @@ impl TableRequest {
             })
         };
         let list = |key: &str| Ok::<_, Error>(get(key)?.split(',').map(String::from).collect::<Vec<_>>());
+        let name = get("table")?;
+        let usual = TableRequest::new(name);
+        let has_model = table(name)?.usual().model.is_some();
         Ok(TableRequest {
-            table: get("table")?.into(),
+            table: name.into(),
             size: (texture.width, texture.height),
-            ndf: get("ndf")?.into(),
-            visibility: get("visibility")?.into(),
-            // Files of version 0.1 did not state it: they hold the table's own. With an axis of indices it has none.
+            ndf: if has_model { get("ndf")?.into() } else { usual.ndf },
+            visibility: if has_model { get("visibility")?.into() } else { usual.visibility },
+            // Files of version 0.1 did not state it: they hold the table's own. Where a number of it runs over slices it has none.
             fresnel: match texture.meta.get("fresnel") {
-                None | Some("dielectric") => None,
+                None | Some("dielectric" | "power" | "f0") => None,
                 Some(text) => Some(Fresnel::parse(text)?),
             },
             axes: Some(list("axes")?),
+            roughness: match texture.meta.get("roughness") {
+                None => None,
+                Some(text) => Some(text.parse().map_err(|_| {
+                    Error::usage(format!("the file says roughness '{text}'"), "a roughness is a number from 0 to 1")
+                })?),
+            },
             points: Points::parse(get("points")?)?,
             flip_v: list("order")?.last().is_some_and(|o| o == "descending"),
             row_shift: match texture.meta.get("row-shift") {

@@ -9,9 +9,10 @@ use crate::rule::cone::mirror;
 use crate::rule::cone_elliptic::{self, cone_elliptic};
 use crate::rule::cone_nodes;
 use crate::rule::h_split::{Outer, Row, h_split, outer};
+use crate::rule::rings::{self, Ring, rings};
 use crate::rule::transmit::{self, transmit};
 use crate::term::fresnel::{Fresnel, Weights};
-use crate::term::visibility::{self, Bounded, Visibility};
+use crate::term::visibility::{self, Bounded, Visibility, smith};
 
 /// D, G and F.
 #[derive(Clone, Copy)]
@@ -33,9 +34,22 @@ pub enum Method {
     ConeElliptic,
     /// [`crate::rule::h_split`].
     HSplit,
+    /// [`crate::rule::rings`].
+    Rings,
     /// [`crate::rule::transmit`], of what is not reflected.
     Transmit,
 }
+
+/// Smith's masking alone, G = G1(v): what a sampler of visible normals sees of a facet before it looks where the light comes
+/// from. No term of the registry, because it is not reciprocal; the ring rule knows it, and the truth takes it from here.
+pub static MASKING: Visibility = Visibility {
+    name: "masking",
+    about: "Smith's masking of the viewer alone",
+    source: "Heitz 2018, Sampling the GGX Distribution of Visible Normals, Eq. 2",
+    file: "",
+    g_over_n_dot_v: |d| 1.0 / d.sigma_v,
+    ..smith::SMITH
+};
 
 /// A row and the model that it belongs to: neighbouring texels ask for the same one.
 type LastRow = Option<(&'static str, Given, &'static str, f64, Row)>;
@@ -43,6 +57,7 @@ type LastRow = Option<(&'static str, Given, &'static str, f64, Row)>;
 thread_local! {
     static LAST_ROW: RefCell<LastRow> = const { RefCell::new(None) };
     static NODES: RefCell<Vec<Outer>> = const { RefCell::new(vec![]) };
+    static RINGS: RefCell<Vec<Ring>> = const { RefCell::new(vec![]) };
 }
 
 impl Model {
@@ -58,7 +73,9 @@ impl Model {
 
     /// Which rule computes it: GGX with smooth terms has faster ones of its own.
     pub fn method(&self) -> Method {
-        if self.is_anisotropic() {
+        if self.fresnel.term.file.is_none() {
+            Method::Rings
+        } else if self.is_anisotropic() {
             Method::ConeElliptic
         } else if self.is_ggx() && self.is_smooth() {
             Method::Cone
@@ -82,6 +99,16 @@ impl Model {
 
     /// Refuses what no rule computes.
     pub fn check(&self) -> Result<()> {
+        let rings = self.is_ggx() && !self.is_anisotropic() && self.visibility.name == "smith";
+        if self.method() == Method::Rings && !rings {
+            return Err(Error::usage(
+                format!(
+                    "the Fresnel term '{}' is baked for ggx with smith, not for {} with {}",
+                    self.fresnel.term.name, self.ndf, self.visibility.name
+                ),
+                "drop --ndf and --visibility",
+            ));
+        }
         if self.is_anisotropic() && !self.is_smooth() {
             let term = if self.visibility.kinks.is_some() { self.visibility.name } else { "internal reflection" };
             return Err(Error::usage(
@@ -94,18 +121,26 @@ impl Model {
 
     /// The kernel that bakes it by a method, as [`crate::shaders::spirv`] knows it.
     pub fn kernel(&self, method: Method) -> String {
+        let fresnel = self.fresnel.term.file.unwrap_or_default();
         let rule = match method {
             Method::Cone => "cone",
             Method::ConeElliptic => "cone_elliptic",
             Method::HSplit => "h_split",
-            Method::Transmit => return format!("bake/transmit+{}", self.fresnel.term.file),
+            Method::Rings => return "bake/rings".into(),
+            Method::Transmit => return format!("bake/transmit+{fresnel}"),
         };
-        format!("bake/{rule}+{}+{}", self.visibility.file, self.fresnel.term.file)
+        format!("bake/{rule}+{}+{fresnel}", self.visibility.file)
+    }
+
+    /// Does the geometry term count what the light does not reach? All do but masking alone.
+    pub fn is_shadowed(&self) -> bool {
+        self.visibility.name != MASKING.name
     }
 
     /// The rule's name and size, for certificates.
     pub fn rule_name(&self) -> String {
         match self.method() {
+            Method::Rings => rings::rule_name(),
             Method::Transmit => transmit::rule_name(&self.fresnel),
             Method::Cone => {
                 let (outer, inner) = (cone_nodes::OUTER, cone_nodes::INNER);
@@ -133,6 +168,14 @@ impl Model {
                 if let Some(ellipse) = self.ndf.lobe(at.roughness).and_then(|lobe| self.ndf.ellipse(&lobe)) {
                     return cone_elliptic(ellipse, at.n_dot_v, self.visibility.g_over_n_dot_v, &self.fresnel);
                 }
+            }
+            Method::Rings => {
+                let alpha = ndf::alpha_of(at.roughness);
+                return RINGS.with_borrow_mut(|list| {
+                    list.clear();
+                    rings::outer(alpha, at.n_dot_v, &self.fresnel, list);
+                    rings(self.is_shadowed(), alpha, at.n_dot_v, &self.fresnel, list)
+                });
             }
             Method::HSplit | Method::Transmit => {}
         }

@@ -21,7 +21,7 @@
 //!
 //! ```text
 //! h̄ = (|n − c|² + tr Q)/4            the exact mean of h over the node
-//! v = (n − c)ᵀ Q (n − c)/8 + (tr Q)²/16    half its variance; the second part stands for the terms beyond
+//! v = (n − c)ᵀ Q (n − c)/8 + beyond (tr Q)²    half its variance; the second part also stands for terms beyond
 //! w = √(1.5 tr Q)                    half the node's reach in μ; √(3 (n − c)ᵀ Q (n − c)) for kernels with a sharp horizon
 //! f = clamp(½ + (1 − 2h̄)/(2w), 0, 1), μ̄ = max(1 − 2h̄, w f²)    share above the horizon, mean of max(μ, 0)
 //! s += mean(h̄, μ̄, f, v) e + slope(…) n·D
@@ -904,7 +904,7 @@ impl Lobe {
     fn add(&self, node: &Moments, axes: &[[f64; 3]], walked: &mut Walked) {
         let spread = node.q[0] + node.q[1] + node.q[2];
         let w_mean = (1.5 * spread).sqrt() + 1e-7;
-        let v0 = spread * spread / 16.0;
+        let v0 = self.kernel.beyond * spread * spread;
         for (n, sum) in axes.iter().zip(&mut walked.values) {
             let d = minus(*n, node.c);
             let h = 0.25 * (dot(d, d) + spread);

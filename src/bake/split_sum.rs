@@ -28,7 +28,7 @@ static CHANNELS: [Channel; 4] = [
     Channel { name: "f82", meaning: "what the F82 tint takes away", range: [0.0, 0.0567] },
 ];
 
-static FACTS: Facts = Facts {
+pub(super) static FACTS: Facts = Facts {
     name: "split-sum",
     about: "scale and bias of F0: reflection of a white environment with Schlick's Fresnel",
     source: "Karis 2013, Real Shading in Unreal Engine 4",
@@ -39,6 +39,7 @@ static FACTS: Facts = Facts {
     default_channels: |_| &["scale", "bias"],
     fresnel: Fresnel::SCHLICK,
     axes: &[Coordinate::NDotV, Coordinate::Roughness],
+    slices: &[],
     rule: Model::rule_name,
     tolerance: Tolerance {
         worst: 1e-6,
@@ -58,12 +59,12 @@ impl Table for SplitSum {
     }
 
     fn check(&self, model: &Model) -> Result<()> {
-        if std::ptr::eq(model.fresnel.term, Fresnel::SCHLICK.term) {
+        if std::ptr::eq(model.fresnel.term, Fresnel::SCHLICK.term) && model.fresnel.f0() == 0.0 {
             return Ok(());
         }
         Err(Error::usage(
             format!("split-sum holds Schlick's split, not the Fresnel term '{}'", model.fresnel),
-            "bake albedo with --ior, --eta-k or --material",
+            "drop --f0, which a shader multiplies with; bake albedo with --ior, --eta-k or --material",
         ))
     }
 

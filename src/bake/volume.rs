@@ -1,15 +1,13 @@
-//! Tables over the refractive index as well: a slice of the table for each index. Over n·v, roughness and index a file
-//! holds a 3-D texture; averages over roughness and index are a table whose rows are the indices.
+//! Tables over a number of the Fresnel term or of the distribution as well ([`SliceAxis`]): a slice of the table for each. Over n·v, roughness and
+//! that number a file holds a 3-D texture; a table over one of the two and that number is flat, with a row for each.
 //!
-//! Where the index is 1 there is no interface: a slice says that nothing is reflected and all is transmitted.
+//! Where a refractive index is 1 there is no interface: a slice says that nothing is reflected and all is transmitted.
 
-use std::fmt;
-
+use super::slice_axis::{Kind, SliceAxis};
 use super::{Backend, TableJob, TableRequest};
 use crate::axis::Points;
 use crate::error::{Error, Result};
 use crate::progress::{OnProgress, Progress};
-use crate::term::fresnel::{Fresnel, IOR_RANGE};
 use crate::texture::{Shape, Texture};
 use crate::verify::table::{Extent, TableReport, check};
 
@@ -18,88 +16,12 @@ pub const MAX_DEPTH: u32 = 256;
 /// Slices that a spot check looks at: ends and between; of averages, whose truth costs most, two between.
 const SPOT_SLICES: u32 = 4;
 
-/// Which refractive index lies at a position along the third axis. The index is that behind the surface over that before.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum IorMap {
-    /// Evenly from one index to another, both on the same side of 1, or 1.
-    Linear([f64; 2]),
-    /// index = (1 + t²)/(1 − t²), so that F0 = t⁴; t is at most 0.99 (Blender Cycles).
-    FromF0,
-    /// One over that: the same interfaces from inside.
-    InverseFromF0,
-    /// From 1/2.5 to 1 in the first half, evenly in one over the index, and evenly from 1 to 2.5 in the second (OpenPBR).
-    Openpbr,
-}
-
-/// Names of the maps without numbers.
-const NAMES: [(&str, IorMap); 3] =
-    [("ior_from_f0", IorMap::FromF0), ("inverse_ior_from_f0", IorMap::InverseFromF0), ("openpbr_ior", IorMap::Openpbr)];
-const MOST_OF_F0: f64 = 0.99;
-const MOST_OF_OPENPBR: f64 = 2.5;
-/// What an axis evenly along the index begins with.
-const LINEAR: &str = "ior=";
-
-impl IorMap {
-    /// The map that the name of an axis means; `None` for the name of another axis.
-    pub fn parse(name: &str) -> Option<Result<IorMap>> {
-        if let Some((_, map)) = NAMES.iter().find(|(n, _)| *n == name) {
-            return Some(Ok(*map));
-        }
-        let ends = name.strip_prefix(LINEAR)?;
-        let bad = || {
-            let [least, most] = IOR_RANGE;
-            Error::usage(
-                format!("'{name}' is no axis of refractive indices"),
-                format!("write ior=FROM/TO with two indices from {least} to {most}, both at least 1 or both at most 1"),
-            )
-        };
-        let numbers =
-            ends.split('/').map(|n| n.parse::<f64>().ok().filter(|n| (IOR_RANGE[0]..=IOR_RANGE[1]).contains(n)));
-        let numbers: Option<Vec<f64>> = numbers.collect();
-        Some(match numbers.as_deref() {
-            Some([from, to]) if from != to && (from - 1.0) * (to - 1.0) >= 0.0 => Ok(IorMap::Linear([*from, *to])),
-            _ => Err(bad()),
-        })
-    }
-
-    /// The index of slice `i` of `len`.
-    pub fn ior(self, i: u32, len: u32, points: Points) -> f64 {
-        let position = |i: u32, len: u32| match points {
-            Points::Centers => (f64::from(i) + 0.5) / f64::from(len),
-            Points::Edges => f64::from(i) / f64::from(len - 1),
-        };
-        match self {
-            IorMap::Linear([from, to]) => from + (to - from) * position(i, len),
-            IorMap::FromF0 => {
-                let f0_root = position(i, len).min(MOST_OF_F0).powi(2);
-                (1.0 + f0_root) / (1.0 - f0_root)
-            }
-            IorMap::InverseFromF0 => 1.0 / IorMap::FromF0.ior(i, len, points),
-            IorMap::Openpbr => {
-                let half = len / 2;
-                let above = |i: u32| 1.0 + (MOST_OF_OPENPBR - 1.0) * position(i, half);
-                if i < half { 1.0 / above(half - 1 - i) } else { above(i - half) }
-            }
-        }
-    }
-}
-
-/// The name of the axis, which [`IorMap::parse`] reads back.
-impl fmt::Display for IorMap {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            IorMap::Linear([from, to]) => write!(f, "{LINEAR}{from}/{to}"),
-            named => f.write_str(NAMES.iter().find(|(_, map)| map == named).map_or("", |(name, _)| name)),
-        }
-    }
-}
-
-/// A table over the refractive index as well.
+/// A table over slices.
 #[derive(Clone)]
 pub struct VolumeJob {
     slices: Vec<TableJob>,
-    iors: Vec<f64>,
-    map: IorMap,
+    values: Vec<f64>,
+    axis: SliceAxis,
 }
 
 /// What a check of a volume found.
@@ -114,22 +36,23 @@ pub struct VolumeReport {
 }
 
 impl VolumeJob {
-    /// A request whose last axis is a map of the index, of `depth` slices; the request's own size is that of a slice.
-    pub fn new(request: &TableRequest, map: IorMap, depth: u32) -> Result<VolumeJob> {
-        if !request.table.starts_with("glass") {
-            return Err(Error::usage(
-                format!("{} has no axis of refractive indices", request.table),
-                "bake glass or glass-average, or one table an index with --ior",
-            ));
-        }
-        if request.fresnel.is_some() {
-            return Err(Error::usage("an index beside an axis of indices", "drop --ior, or the axis"));
-        }
+    /// A request whose last axis runs over `depth` slices; the request's own size is that of a slice.
+    pub fn new(request: &TableRequest, axis: SliceAxis, depth: u32) -> Result<VolumeJob> {
+        let facts = super::table(&request.table)?.facts();
+        let Some((_, at_number)) = facts.slices.iter().find(|(kind, _)| *kind == axis.kind()) else {
+            let known: Vec<&str> = facts.slices.iter().map(|(kind, _)| kind.about()).collect();
+            let help = if known.is_empty() {
+                "drop the axis".into()
+            } else {
+                format!("it has one of {}", known.join(" or of "))
+            };
+            return Err(Error::usage(format!("{} has no axis of {}", facts.name, axis.kind().about()), help));
+        };
         let least = if request.points == Points::Edges { 2 } else { 1 };
-        let halves = if map == IorMap::Openpbr { 2 } else { 1 };
+        let halves = if axis == SliceAxis::Openpbr { 2 } else { 1 };
         if !(halves * least..=MAX_DEPTH).contains(&depth) || !depth.is_multiple_of(halves) {
             return Err(Error::usage(
-                format!("{depth} slices along {map} cannot be baked"),
+                format!("{depth} slices along {axis} cannot be baked"),
                 format!(
                     "give from {} to {MAX_DEPTH} slices{}",
                     halves * least,
@@ -137,22 +60,27 @@ impl VolumeJob {
                 ),
             ));
         }
-        let iors: Vec<f64> = (0..depth).map(|i| map.ior(i, depth, request.points)).collect();
-        let slice = |ior: &f64| TableRequest { fresnel: Some(Fresnel::interface(*ior)), ..request.clone() }.resolve();
-        Ok(VolumeJob { slices: iors.iter().map(slice).collect::<Result<_>>()?, iors, map })
+        let values: Vec<f64> = (0..depth).map(|i| axis.value(i, depth, request.points)).collect();
+        let slice = |value: &f64| at_number(*value, request.clone())?.resolve();
+        Ok(VolumeJob { slices: values.iter().map(slice).collect::<Result<_>>()?, values, axis })
     }
 
-    /// One job for each index.
+    /// One job for each slice.
     pub fn slices(&self) -> &[TableJob] {
         &self.slices
     }
 
-    /// The indices of the slices.
-    pub fn iors(&self) -> &[f64] {
-        &self.iors
+    /// The numbers of the slices.
+    pub fn values(&self) -> &[f64] {
+        &self.values
     }
 
-    /// A 3-D texture, or a table of averages with a row for each index.
+    /// What runs over the slices.
+    pub fn axis(&self) -> SliceAxis {
+        self.axis
+    }
+
+    /// A 3-D texture, or a table with a row for each slice.
     pub fn shape(&self) -> Shape {
         match self.slices[0].axes.len() {
             1 => Shape::Table,
@@ -184,13 +112,16 @@ impl VolumeJob {
             texture.height = self.slices.len() as u32;
         }
         let axes = texture.meta.get("axes").unwrap_or_default();
-        texture.meta.set("axes", format!("{axes},{}", self.map));
+        texture.meta.set("axes", format!("{axes},{}", self.axis));
         let order = texture.meta.get("order").unwrap_or_default();
         texture.meta.set("order", format!("{order},ascending"));
-        let (first, last) = (self.iors[0], self.iors[self.iors.len() - 1]);
-        let ends = format!("the first slice is index {first:.6}, the last {last:.6}; an index of 1 is no interface");
-        texture.meta.set("slices", ends);
-        texture.meta.set("fresnel", "dielectric");
+        let (first, last) = (self.values[0], self.values[self.values.len() - 1]);
+        let (name, note) = (self.axis.kind().name(), self.axis.kind().note());
+        texture.meta.set("slices", format!("the first slice is {name} {first:.6}, the last {last:.6}{note}"));
+        texture.meta.set("fresnel", self.axis.kind().term(&self.slices[0].model.fresnel));
+        if self.axis.kind() == Kind::Azimuth {
+            texture.meta.set("ndf", without_azimuth(&self.slices[0].model.ndf.to_string()));
+        }
         texture.meta.set("rule", self.rule_name());
         Ok(texture)
     }
@@ -231,7 +162,7 @@ impl VolumeJob {
         for i in &chosen {
             let job = &self.slices[*i as usize];
             let mut report = check(job, &self.slice(texture, *i as usize), stored, extent, on)?;
-            let place = format!("slice {i}, index {:.4}: ", self.iors[*i as usize]);
+            let place = format!("slice {i}, {} {:.4}: ", self.axis.kind().name(), self.values[*i as usize]);
             report.failures.iter_mut().for_each(|failure| failure.insert_str(0, &place));
             report.laws.iter_mut().filter(|law| !law.holds).for_each(|law| law.detail.insert_str(0, &place));
             reports.push(report);
@@ -239,11 +170,11 @@ impl VolumeJob {
         Ok(merged(reports, &chosen))
     }
 
-    /// The job that made a file, from what the file says; `None` where it has no axis of indices.
+    /// The job that made a file, from what the file says; `None` where it has no axis over slices.
     pub fn from_meta(texture: &Texture) -> Result<Option<VolumeJob>> {
         let axes = texture.meta.get("axes").unwrap_or_default();
         let (rest, last) = axes.rsplit_once(',').unwrap_or(("", axes));
-        let Some(map) = IorMap::parse(last).transpose()? else {
+        let Some(axis) = SliceAxis::parse(last).transpose()? else {
             return match texture.shape {
                 Shape::Volume { .. } => Err(Error::usage(
                     "the file does not say what its third axis is",
@@ -263,9 +194,13 @@ impl VolumeJob {
         of_slice.meta.set("axes", rest);
         let order = of_slice.meta.get("order").unwrap_or_default().to_string();
         of_slice.meta.set("order", order.rsplit_once(',').map_or("", |(rest, _)| rest));
-        let request = TableRequest { fresnel: None, ..TableRequest::from_meta(&of_slice)? };
-        VolumeJob::new(&request, map, depth).map(Some)
+        VolumeJob::new(&TableRequest::from_meta(&of_slice)?, axis, depth).map(Some)
     }
+}
+
+/// A distribution's text without the number that runs over the slices.
+fn without_azimuth(ndf: &str) -> &str {
+    ndf.split(",azimuth=").next().unwrap_or(ndf)
 }
 
 /// One report of many.
@@ -306,34 +241,4 @@ fn merged(reports: Vec<TableReport>, chosen: &[u32]) -> VolumeReport {
         channel.correctly_rounded = rounded[c] / f64::from(slices);
     }
     VolumeReport { all, worst_slices, slices }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn maps_reach_their_ends_and_are_read_back() {
-        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} instead of {b}");
-        let (edges, n) = (Points::Edges, 16);
-        near(IorMap::FromF0.ior(0, n, edges), 1.0);
-        // t = 10/15: F0 = t⁴.
-        let ior = IorMap::FromF0.ior(10, n, edges);
-        near(((ior - 1.0) / (ior + 1.0)).powi(2), (2.0f64 / 3.0).powi(4));
-        near(IorMap::FromF0.ior(15, n, edges), (1.0 + 0.9801) / (1.0 - 0.9801));
-        near(IorMap::InverseFromF0.ior(10, n, edges) * ior, 1.0);
-        for (i, expected) in [(0, 0.4), (15, 1.0), (16, 1.0), (31, 2.5), (1, 1.0 / 2.4), (17, 1.1)] {
-            near(IorMap::Openpbr.ior(i, 32, edges), expected);
-        }
-        let linear = IorMap::Linear([1.1, 2.1]);
-        near(linear.ior(0, 4, edges), 1.1);
-        near(linear.ior(0, 4, Points::Centers), 1.225);
-        for map in [linear, IorMap::FromF0, IorMap::InverseFromF0, IorMap::Openpbr] {
-            assert_eq!(IorMap::parse(&map.to_string()).expect("an index axis").expect("its own name"), map);
-        }
-        assert!(IorMap::parse("roughness").is_none());
-        for bad in ["ior=", "ior=1.5", "ior=0.5/2", "ior=1.5/1.5", "ior=1.5/x", "ior=1.5/9"] {
-            assert!(IorMap::parse(bad).expect("an index axis").is_err(), "{bad}");
-        }
-    }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::axis::Points;
-use brdf_baker::bake::{self, Backend, IorMap, TableJob, TableRequest, VolumeJob};
+use brdf_baker::bake::{self, Backend, SliceAxis, TableJob, TableRequest, VolumeJob};
 use brdf_baker::format::{self, Encoding, Format, Output, Repr, Storage};
 use brdf_baker::material;
 use brdf_baker::progress::OnProgress;
@@ -20,11 +20,15 @@ use super::console::Console;
 use super::device::Device;
 use super::storage::{self, StorageArgs};
 
-#[derive(clap::Args)]
+/// The name that stands for all tables of an engine.
+const SET: &str = "set";
+
+#[derive(clap::Args, Clone)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass or glass-average
+    /// split-sum, albedo, average-albedo, glass, ltc, skin, ...: see `brdf-baker list tables`; set for all that the engine of
+    /// --for takes, by its own names
     table: String,
-    /// File to write; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
+    /// File to write, of a set the folder; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
     output: Option<PathBuf>,
     /// Engine that loads the file: sets all that follows and is not given; see `brdf-baker list targets`
@@ -35,7 +39,9 @@ pub struct BakeArgs {
     #[arg(
         long,
         value_name = "FILE",
-        conflicts_with_all = ["target", "size", "ndf", "visibility", "fresnel", "axes", "points", "flip_v", "channels"]
+        conflicts_with_all = [
+            "target", "size", "ndf", "visibility", "fresnel", "roughness", "axes", "points", "flip_v", "channels"
+        ]
     )]
     of: Option<PathBuf>,
     /// Texels: 256, or 128x32 for width x height, or 16x16x16 where a third axis runs over slices [default: 256, over three
@@ -54,11 +60,26 @@ pub struct BakeArgs {
     /// Exact Fresnel of a conductor: eta and k, or eta of red, green, blue and then k of red, green, blue
     #[arg(long, value_name = "ETA,K|R,G,B,R,G,B", group = "fresnel", value_delimiter = ',')]
     eta_k: Option<Vec<f64>>,
+    /// schlick-weight: power of 1 - v.h that F90 is weighted with [default: 5]
+    #[arg(long, value_name = "P", group = "fresnel")]
+    exponent: Option<f64>,
+    /// kulla-conty and turquin: Schlick's reflectance at normal incidence [default: 0.04]
+    #[arg(long, value_name = "F0", group = "fresnel")]
+    f0: Option<f64>,
+    /// A thin film of this refractive index and thickness in nm on that dielectric or metal; without a thickness where the
+    /// axis film_nm has it. A bubble has --ior 1
+    #[arg(long, value_name = "INDEX[,NM]", value_delimiter = ',', requires = "fresnel")]
+    film: Option<Vec<f64>>,
+    /// The same roughness for all texels, in place of that axis
+    #[arg(long, value_name = "R")]
+    roughness: Option<f64>,
     /// Exact Fresnel of a named material, see `brdf-baker materials`
     #[arg(long, value_name = "NAME", group = "fresnel")]
     material: Option<String>,
-    /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; of glass last of
-    /// all ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or openpbr_ior, for a slice each [default:
+    /// What runs along x and y: n_dot_v, sqrt_n_dot_v, sqrt_one_minus_n_dot_v or angle; roughness or alpha; last of
+    /// all, for a slice each, of glass and schlick-weight ior=FROM/TO, ior_from_f0 (Cycles), inverse_ior_from_f0 or
+    /// openpbr_ior, of schlick-weight cycles_exponent, of albedos with a film film_nm=FROM/TO,
+    /// of kulla-conty and turquin f0=FROM/TO, of albedo of an anisotropic lobe azimuth=FROM/TO [default:
     /// n_dot_v,roughness]
     #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',')]
     axes: Option<Vec<String>>,
@@ -101,26 +122,88 @@ pub struct BakePlan {
 
 impl BakeArgs {
     pub fn run(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
-        self.plan(Path::new(""))?.run(device, None, console)
+        match self.table.as_str() {
+            SET => self.run_set(device, console),
+            _ => self.plan(Path::new(""))?.run(device, None, console),
+        }
+    }
+
+    /// Bakes every table of an engine, one file after the other: each appears whole or not at all.
+    fn run_set(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
+        let Some(target) = self.target.as_deref().map(target::parse).transpose()? else {
+            return Err(Error::usage("a set is that of an engine", "name it, e.g. bake set --for blender -o FOLDER"));
+        };
+        if let Some(name) = self.altered() {
+            return Err(Error::usage(
+                format!("--{name} does not go with a set, whose tables are as {} takes them", target.name),
+                "bake the table that should differ by its own name",
+            ));
+        }
+        if target.tables.is_empty() {
+            let what = format!("{} takes no tables: it computes its own", target.name);
+            return Err(Error::usage(what, "`brdf-baker env` has a preset for it"));
+        }
+        let folder = self.output.clone().unwrap_or_else(|| ".".into());
+        std::fs::create_dir_all(&folder).map_err(|e| Error::io("create", &folder, e))?;
+        for preset in target.tables {
+            let output = Some(folder.join(preset.stem).with_extension(preset.extension));
+            let one = BakeArgs { table: preset.stem.into(), output, ..self.clone() };
+            one.plan(Path::new(""))?.run(device, None, console)?;
+        }
+        Ok(())
+    }
+
+    /// An argument that makes a table differ from what an engine takes.
+    fn altered(&self) -> Option<&'static str> {
+        let given = [
+            ("size", self.size.is_some()),
+            ("ndf", self.ndf.is_some()),
+            ("visibility", self.visibility.is_some()),
+            ("ior", self.ior.is_some()),
+            ("eta-k", self.eta_k.is_some()),
+            ("material", self.material.is_some()),
+            ("exponent", self.exponent.is_some()),
+            ("f0", self.f0.is_some()),
+            ("film", self.film.is_some()),
+            ("roughness", self.roughness.is_some()),
+            ("axes", self.axes.is_some()),
+            ("points", self.points.is_some()),
+            ("flip-v", self.flip_v.is_some()),
+            ("exact-rows", self.exact_rows),
+            ("channels", self.channels.is_some()),
+            ("encoding", self.encoding.is_some()),
+            ("of", self.of.is_some()),
+        ];
+        given.into_iter().find(|(_, is)| *is).map(|(name, _)| name)
     }
 
     /// Refuses everything that can be refused before any work. `folder` is where a file goes that the target names.
     pub fn plan(self, folder: &Path) -> Result<BakePlan> {
         let start = Instant::now();
-        let fresnel = fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?;
+        let mut fresnel = match (self.exponent, self.f0, self.ior) {
+            (Some(exponent), ..) => Some(Fresnel::power(exponent)?),
+            (_, Some(f0), _) => Some(Fresnel::schlick(f0)?),
+            // A film has air below it as well.
+            (.., Some(1.0)) if self.film.is_some() => Some(Fresnel::interface(1.0)),
+            _ => fresnel(self.ior, self.eta_k.as_deref(), self.material.as_deref())?,
+        };
         let target = self.target.as_deref().map(target::parse).transpose()?;
         let preset = target.map(|t| t.table(&self.table)).transpose()?;
         let mut choice = Choice::of(target);
         let owned = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
         let albedo = self.of.map(|path| read_albedo(path, &self.table)).transpose()?;
         let points = self.points.as_deref().map(Points::parse).transpose()?;
-        let axes = choice.pick("axes", self.axes.map(Some), preset.map(|p| Some(p.axis_names())), None);
-        let (axes, map) = split_axes(axes)?;
         let table = preset.map_or(self.table, |p| p.table.into());
-        let one_axis = bake::table(&table)?.facts().axes.len() == 1;
+        let (own_axes, usual_request) = (bake::table(&table)?.facts().axes, TableRequest::new(&table));
+        let of_preset = preset.map(|p| Some(p.axis_names()));
+        let (axes, map) = split_axes(choice.pick("axes", self.axes.map(Some), of_preset, usual_request.axes))?;
+        if let (Some(base), Some(film)) = (fresnel, &self.film) {
+            fresnel = Some(on_base(base, film, map)?);
+        }
+        let one_axis = own_axes.len() == 1 || self.roughness.is_some();
         let given = self.size.map(|sizes| sizes.of(one_axis, map.is_some())).transpose()?;
         let usual = match map {
-            None => ((256, 256), 1),
+            None => (usual_request.size, 1),
             Some(_) => ((32, if one_axis { 1 } else { 32 }), 32),
         };
         let of_preset = preset.map(|p| (p.size, p.slices.map_or(1, |(_, depth)| depth)));
@@ -130,15 +213,16 @@ impl BakeArgs {
                 .map_err(|e| Error::input(path, e.to_string(), e.help().to_string()))?,
             None => TableRequest {
                 size,
-                ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), "ggx".into()),
+                ndf: choice.pick("ndf", self.ndf, preset.map(|p| p.ndf.into()), usual_request.ndf),
                 visibility: choice.pick(
                     "visibility",
                     self.visibility,
                     preset.map(|p| p.visibility.into()),
-                    "smith".into(),
+                    usual_request.visibility,
                 ),
                 axes,
-                points: choice.pick("points", points, preset.map(|p| p.points), Points::Centers),
+                roughness: self.roughness,
+                points: choice.pick("points", points, preset.map(|p| p.points), usual_request.points),
                 flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
                 row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
                 channels: choice.pick(
@@ -164,9 +248,10 @@ impl BakeArgs {
         let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
         let channels = facts.channels.len();
-        // Halves would round away what the average of stored texels is for.
+        // Halves would round away what the average of stored texels is for, and what some tables hold.
         let single = Encoding::fitting(Repr::F32, channels).filter(|e| format.encodings(Shape::Table).contains(e));
-        let given = given.or(single.filter(|_| albedo.is_some()));
+        let needs_single = albedo.is_some() || (facts.table.usual().single && of_preset.is_none());
+        let given = given.or(single.filter(|_| needs_single));
         let encoding = choice.encoding(format, shape, channels, given, of_preset)?;
         let storage = self.storage.of(format, encoding)?;
         if let Some(preset) = preset {
@@ -194,9 +279,10 @@ impl BakePlan {
         console.overrides(&choice);
         let output = Output::prepare(&path)?;
 
-        // A weighted sum of texels is no work for a device.
+        // A weighted sum of texels is no work for a device, and some tables have no kernel.
         let backend = match &albedo {
             Some(_) => &Backend::Cpu,
+            None if facts.table.usual().on_processor => device.processor(facts.table.facts().name)?,
             None => device.backend()?,
         };
         let mut texture = match &albedo {
@@ -212,13 +298,10 @@ impl BakePlan {
             texture.meta.set("material", name);
         }
         choice.describe(&mut texture.meta);
+        report.state(job.bound(), &mut texture.meta);
         if let Some(origin) = origin {
             origin.state(&mut texture.meta);
         }
-        texture.meta.set("error.worst", format!("{:.2e}", report.worst() + report.truth_error));
-        texture.meta.set("error.median", format!("{:.2e}", report.median()));
-        texture.meta.set("error.bound", format!("{:.0e}", job.bound()));
-        texture.meta.set("error.checked", format!("{} texels against adaptive f64 integration", report.truth_texels));
         format::certify(&mut texture, storage)?;
         let written = output.commit(format, &texture, storage)?;
         storage::warn_of_lost_meta(format, &path, console);
@@ -230,7 +313,7 @@ impl BakePlan {
             Shape::Volume { depth } => format!("{width}x{height}x{depth}"),
             _ => format!("{width}x{height}"),
         };
-        let (worst, rounding) = (report.worst() + report.truth_error, written.rounding.max_abs);
+        let (worst, rounding) = (report.worst() + report.truth_error, written.rounding.most.max_abs);
         console.result(
             &format!(
                 "{}  {size} {}  max error {worst:.1e} (+ {rounding:.1e} rounding)  {seconds:.2} s  {}",
@@ -249,7 +332,7 @@ impl BakePlan {
                 "max_error": worst,
                 "median_error": report.median(),
                 "rounding": rounding,
-                "rounding_rms": written.rounding.rms,
+                "rounding_rms": written.rounding.most.rms,
                 "checked_texels": report.truth_texels,
                 "rule": job.rule_name(),
                 "output_texels": texture.levels[0].len() / channels,
@@ -261,14 +344,14 @@ impl BakePlan {
     }
 }
 
-/// A table, or one over the refractive index as well.
+/// A table, or one over slices.
 enum Job {
     Flat(Box<TableJob>),
     Volume(VolumeJob),
 }
 
 impl Job {
-    fn new(request: &TableRequest, map: Option<IorMap>, depth: u32) -> Result<Job> {
+    fn new(request: &TableRequest, map: Option<SliceAxis>, depth: u32) -> Result<Job> {
         Ok(match map {
             None => Job::Flat(Box::new(request.resolve()?)),
             Some(map) => Job::Volume(VolumeJob::new(request, map, depth)?),
@@ -328,10 +411,10 @@ impl Job {
     }
 }
 
-/// An axis of refractive indices apart from the others, which it follows.
-fn split_axes(axes: Option<Vec<String>>) -> Result<(Option<Vec<String>>, Option<IorMap>)> {
+/// An axis over slices apart from the others, which it follows.
+fn split_axes(axes: Option<Vec<String>>) -> Result<(Option<Vec<String>>, Option<SliceAxis>)> {
     let Some(mut axes) = axes else { return Ok((None, None)) };
-    match axes.last().and_then(|last| IorMap::parse(last)).transpose()? {
+    match axes.last().and_then(|last| SliceAxis::parse(last)).transpose()? {
         None => Ok((Some(axes), None)),
         Some(map) => {
             axes.pop();
@@ -396,6 +479,18 @@ fn fresnel(ior: Option<f64>, eta_k: Option<&[f64]>, material: Option<&str>) -> R
         (None, None, None) => return Ok(None),
     };
     Ok(Some(term))
+}
+
+/// A film on a base: index and thickness, which an axis may have.
+fn on_base(base: Fresnel, film: &[f64], axis: Option<SliceAxis>) -> Result<Fresnel> {
+    match (film, axis) {
+        ([ior], Some(SliceAxis::FilmNm(_))) => Fresnel::film(base, *ior, 0.0),
+        ([ior, nm], None) => Fresnel::film(base, *ior, *nm),
+        _ => Err(Error::usage(
+            format!("--film got {} numbers", film.len()),
+            "give index and thickness in nm, or the index alone with a last axis of thicknesses, film_nm=FROM/TO",
+        )),
+    }
 }
 
 /// `N` or `WxH`.

@@ -2,8 +2,8 @@
 
 use std::cell::OnceCell;
 
-use brdf_baker::Result;
 use brdf_baker::bake::Backend;
+use brdf_baker::{Error, Result};
 
 use super::Global;
 
@@ -25,6 +25,15 @@ impl<'a> Device<'a> {
         }
         let backend = Backend::open(&self.global.device, self.global.validate)?;
         Ok(self.opened.get_or_init(|| backend))
+    }
+
+    /// The processor, for a table that has no kernel. Refused where another device was named.
+    pub fn processor(&self, table: &str) -> Result<&Backend> {
+        let named = &self.global.device;
+        if ["auto", "cpu"].contains(&named.as_str()) {
+            return Ok(&Backend::Cpu);
+        }
+        Err(Error::usage(format!("{table} is computed on the processor, not on the device '{named}'"), "drop --device"))
     }
 
     /// Opens it anew when it is next asked for: a device that was lost stays lost.

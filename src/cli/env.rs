@@ -10,15 +10,15 @@ use brdf_baker::env::FileAxes;
 use brdf_baker::env::import::{self, Imported, Options};
 use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh::{self, Window};
-use brdf_baker::format::{self, Encoding, Format, Output, Storage, harmonics};
+use brdf_baker::format::{self, Encoding, Format, Loss, Output, Rounding, Storage, harmonics};
 use brdf_baker::progress::Progress;
 use brdf_baker::recipe::Origin;
 use brdf_baker::target::{self, Choice, EnvironmentPreset, Target};
 use brdf_baker::term::zonal::ZONALS;
 use brdf_baker::texture::Texture;
-use brdf_baker::verify::environment::{self, MipError};
+use brdf_baker::verify::environment::{self, Summary};
 use brdf_baker::{Error, Result};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::console::Console;
 use super::device::Device;
@@ -146,7 +146,8 @@ impl Wanted {
             filtered += 1;
             texture = atlas.pack(environment, &texture, &ambient, on)?;
         }
-        let (rms, worst, texels) = summary(&errors);
+        let summary = Summary::of(&errors);
+        let Summary { rms, worst, texels } = summary;
         let bound = self.job.quality.worst_bound;
         // Written so that NaN is refused.
         if !(worst <= bound && errors.len() == filtered) {
@@ -159,13 +160,10 @@ impl Wanted {
         texture.meta.set("input", &source.name);
         source.options.describe(source.imported, &mut texture.meta);
         self.choice.describe(&mut texture.meta);
+        summary.state(self.job.quality, &mut texture.meta);
         if let Some(origin) = source.origin {
             origin.state(&mut texture.meta);
         }
-        texture.meta.set("error.relative.rms", format!("{rms:.1e}"));
-        texture.meta.set("error.relative.worst", format!("{worst:.1e}"));
-        texture.meta.set("error.bound", format!("{:.1e} rms, {bound:.1e} worst", self.job.quality.rms_bound));
-        texture.meta.set("error.checked", format!("{texels} texels against a brute-force f64 sum over the input"));
         let most = *self.storage.encoding.repr.range().end();
         if texture.levels.iter().flatten().any(|v| *v > most) {
             texture.meta.set(CLAMPED, most);
@@ -204,15 +202,17 @@ impl Wanted {
         let shape = if atlas.is_some() { atlas::NAME } else { job.projection.name() };
         let faces = if job.projection == Projection::Cube { "6x" } else { "" };
         let levels = if texture.levels.len() == 1 { "1 level".into() } else { format!("{} mips", job.mips) };
+        let rounding = &written.rounding;
+        let losses = if encoding.repr.is_blocks() { losses(encoding.name, rounding) } else { String::new() };
         console.result(
             &format!(
                 "{}  {faces}{}x{}, {levels} {}  max error {worst:.1e} relative, rms {rms:.1e} (+ {:.1e} rounding)  \
-                 {seconds:.2} s  {}",
+                 {seconds:.2} s  {}{losses}",
                 path.display(),
                 texture.width,
                 texture.height,
                 encoding.name,
-                written.rounding.max_rel,
+                rounding.most.max_rel,
                 backend.name()
             ),
             &json!({
@@ -233,10 +233,12 @@ impl Wanted {
                 "bytes": written.bytes,
                 "max_error": worst,
                 "rms_error": rms,
-                "rounding": written.rounding.max_rel,
-                "rounding_relative_rms": written.rounding.rms_rel,
-                "rounding_rms": written.rounding.rms,
-                "clamped": written.rounding.clamped,
+                "rounding": rounding.most.max_rel,
+                "rounding_relative_rms": rounding.most.rms_rel,
+                "rounding_rms": rounding.most.rms,
+                "rounding_mips": rounding.levels.iter().map(loss_json).collect::<Vec<_>>(),
+                "rounding_filtered": rounding.filtered.as_ref().map(loss_json),
+                "clamped": rounding.clamped,
                 "checked_texels": texels,
                 "output_texels": texture.levels.iter().map(|l| l.len() / texture.channels.len()).sum::<usize>(),
                 "source_texels": source.imported.environment.picture.texels().len(),
@@ -414,6 +416,25 @@ impl EnvPlan {
     }
 }
 
+/// A line a mip on what an encoding whose loss depends on the texels did to them, and one on the filtered mips together.
+fn losses(encoding: &str, rounding: &Rounding) -> String {
+    let line = |name: String, loss: &Loss| {
+        format!(
+            "\n  {name:10} {encoding} loses {:.2} % of each value (relative rms), {:.2} % of the rms, {:.1} % of a value at most",
+            100.0 * loss.rms_rel,
+            100.0 * loss.rms,
+            100.0 * loss.max_rel
+        )
+    };
+    let mips = rounding.levels.iter().enumerate().map(|(i, loss)| line(format!("mip {i}"), loss));
+    let filtered = rounding.filtered.iter().map(|loss| line(format!("mips 1-{}", rounding.levels.len() - 1), loss));
+    mips.chain(filtered).collect()
+}
+
+fn loss_json(loss: &Loss) -> Value {
+    json!({ "relative_rms": loss.rms_rel, "rms": loss.rms, "relative": loss.max_rel, "absolute": loss.max_abs })
+}
+
 /// The atlas that a request asks for.
 fn atlas_of(request: &SpecularRequest) -> Result<Option<Atlas>> {
     if request.shape != atlas::NAME {
@@ -442,12 +463,6 @@ fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
-}
-
-/// Largest rms and worst error of any mip, and the number of texels compared.
-fn summary(errors: &[MipError]) -> (f64, f64, u32) {
-    let max = |of: fn(&MipError) -> f64| errors.iter().map(of).fold(0.0, |a: f64, b| if b <= a { a } else { b });
-    (max(|e| e.rms), max(|e| e.max), errors.iter().map(|e| e.texels).sum())
 }
 
 /// Name, one line and source of every kernel, for lists.

@@ -1,5 +1,6 @@
 //! `brdf-baker list` and `brdf-baker devices`: everything is printed from the registries.
 
+use brdf_baker::axis::Coordinate;
 use brdf_baker::bake::companion::COMPANIONS;
 use brdf_baker::bake::{RoughnessLaw, TABLES};
 use brdf_baker::format::{ENCODINGS, Encoding, Format, formats};
@@ -42,7 +43,8 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
                 let facts = t.facts();
                 let mut channels: Vec<_> = (facts.channels)(&facts.fresnel).iter().map(|c| c.name).collect();
                 channels.extend(facts.complement.map(|c| c.name));
-                if facts.axes.len() == 2 {
+                channels.extend(t.derived().iter().map(|d| d.channel.name));
+                if facts.axes == [Coordinate::NDotV, Coordinate::Roughness] {
                     channels.extend(COMPANIONS.iter().map(|c| c.channel.name));
                 }
                 let about = format!("{} (channels {})", facts.about, channels.join(", "));

@@ -147,7 +147,7 @@ impl SkyArgs {
                 "sun_illuminance_klx": sun_klx,
                 "scale": scale,
                 "largest_value": peak,
-                "rounding": written.rounding.max_rel,
+                "rounding": written.rounding.most.max_rel,
                 "clamped": written.rounding.clamped,
                 "seconds": seconds,
             }),

@@ -98,6 +98,8 @@ impl VerifyArgs {
         let on = &mut |p: Progress<'_>| console.progress(p);
         let report = check(&job, &texture, Some(steps), extent, on)?;
         let certificate = certificate.table(job.rule_name(), &texture.meta, &report);
+        let described = job.described(&texture);
+        let certificate = certificate.described(&texture.meta, &described, &steps);
         let mut failures = [report.failures.clone(), certificate.failures.clone()].concat();
         if let Some(most) = checked.max_error {
             failures.extend(exceeds(report.worst(), most, "of a checked texel"));
@@ -110,9 +112,9 @@ impl VerifyArgs {
         let result = json!({
             "path": self.file,
             "table": job.table.facts().name,
-            "ndf": job.model.ndf.to_string(),
-            "visibility": job.model.visibility.name,
-            "fresnel": job.model.fresnel.to_string(),
+            "ndf": job.has_model().then(|| job.model.ndf.to_string()),
+            "visibility": job.has_model().then_some(job.model.visibility.name),
+            "fresnel": job.has_model().then(|| job.model.fresnel.to_string()),
             "encoding": encoding.name,
             "passed": failures.is_empty(),
             "max_error": checked.max_error,
@@ -124,7 +126,7 @@ impl VerifyArgs {
     }
 }
 
-/// A table over the refractive index as well: each slice is checked as a table.
+/// A table over slices: each is checked as a table.
 fn verify_volume(
     checked: Checked,
     volume: &VolumeJob,
@@ -150,8 +152,11 @@ fn verify_volume(
     let path = checked.file.display().to_string();
     let mut text = text(&path, job, encoding, &found.all, failures.is_empty());
     for (c, slice) in found.all.channels.iter().zip(&found.worst_slices) {
-        let ior = volume.iors()[*slice as usize];
-        text.push_str(&format!("\n  slice      the largest error of {} is in slice {slice}, index {ior:.4}", c.name));
+        let (number, value) = (volume.axis().kind().name(), volume.values()[*slice as usize]);
+        text.push_str(&format!(
+            "\n  slice      the largest error of {} is in slice {slice}, {number} {value:.4}",
+            c.name
+        ));
     }
     text.push_str(&format!("\n  slices     {} of {} were looked at", found.slices, volume.slices().len()));
     let result = json!({
@@ -159,7 +164,8 @@ fn verify_volume(
         "table": job.table.facts().name,
         "ndf": job.model.ndf.to_string(),
         "visibility": job.model.visibility.name,
-        "iors": volume.iors(),
+        "slice_axis": volume.axis().to_string(),
+        "slice_values": volume.values(),
         "encoding": encoding,
         "passed": failures.is_empty(),
         "max_error": checked.max_error,
@@ -234,12 +240,9 @@ fn claims(certificate: &Certificate) -> String {
 
 fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right: bool) -> String {
     let verdict = if right { "right" } else { "WRONG" };
-    let mut text = format!(
-        "{path}  {} {} {} {encoding}: {verdict}",
-        job.table.facts().name,
-        job.model.ndf,
-        job.model.visibility.name
-    );
+    let model =
+        if job.has_model() { format!(" {} {}", job.model.ndf, job.model.visibility.name) } else { String::new() };
+    let mut text = format!("{path}  {}{model} {encoding}: {verdict}", job.table.facts().name);
     for c in &report.channels {
         text.push_str(&format!(
             "\n  {:10} max error {:.2e} at texel ({}, {}), {}, rms {:.2e}, median {:.2e}, correctly rounded {:.2} %",
@@ -254,13 +257,20 @@ fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right:
         ));
     }
     text.push_str(&format!(
-        "\n  truth      {} texels by adaptive f64 integration, itself within {:.0e}",
-        report.truth_texels, report.truth_error
+        "\n  truth      {} texels by {}, itself within {:.0e}",
+        report.truth_texels,
+        job.table.truth_name(),
+        report.truth_error
     ));
     text.push_str(&format!(
         "\n  twin       {} texels by the same rule in f64, max difference {:.2e}",
         report.twin_texels, report.twin_worst
     ));
+    if let Some(law) = job.table.law()
+        && let Some(found) = report.laws.iter().find(|l| l.statement.ends_with(law.statement))
+    {
+        text.push_str(&format!("\n  law        {}: {}", found.statement, if found.holds { "holds" } else { "BROKEN" }));
+    }
     let tolerance = job.loosest();
     text.push_str(&format!(
         "\n  bound      {:.0e} before rounding, {:.0e} nearer to 0 than 1/1024",

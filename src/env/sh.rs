@@ -152,7 +152,7 @@ pub fn check_order(order: u32) -> Result<()> {
 pub fn project<'a>(environment: impl Into<Environment<'a>>, order: u32) -> Vec<[f64; 3]> {
     let Environment { picture, frame } = environment.into();
     let sums = match &picture {
-        Picture::Equirect(picture) => of_equirect(picture),
+        Picture::Equirect(picture) => of_equirect(picture, order),
         Picture::Cube(picture) => of_cube(picture),
     };
     let change = change_of_basis(&frame);
@@ -192,8 +192,8 @@ fn of_cube(source: &CubeMap) -> [[f64; 3]; COUNT] {
     total(&of_rows)
 }
 
-/// In harmonics about the picture's axis.
-fn of_equirect(source: &Equirect) -> [[f64; 3]; COUNT] {
+/// In harmonics about the picture's axis; those of bands above `order` are 0 where it saves time.
+fn of_equirect(source: &Equirect, order: u32) -> [[f64; 3]; COUNT] {
     let d_phi = TAU / f64::from(source.width);
     let d_theta = PI / f64::from(source.height);
     // ∫ cos mφ dφ and ∫ sin mφ dφ over every column, m = 0..=4: at index 4 ± m.
@@ -211,12 +211,10 @@ fn of_equirect(source: &Equirect) -> [[f64; 3]; COUNT] {
     let about_axis: Vec<[[f64; 3]; COUNT]> = (0..source.height)
         .into_par_iter()
         .map(|y| {
-            let mut of_row = [[0.0; 3]; 9];
-            for (texel, column) in source.row(y).iter().zip(&columns) {
-                for (sum, factor) in of_row.iter_mut().zip(column) {
-                    (0..3).for_each(|c| sum[c] += factor * f64::from(texel[c]));
-                }
-            }
+            let of_row = match order {
+                0..=2 => of_azimuth::<5>(source.row(y), &columns),
+                _ => of_azimuth::<9>(source.row(y), &columns),
+            };
             let mut theta_part = [0.0; COUNT];
             for node in &nodes {
                 let theta = (f64::from(y) + 0.5 + 0.5 * node.x) * d_theta;
@@ -229,6 +227,20 @@ fn of_equirect(source: &Equirect) -> [[f64; 3]; COUNT] {
         })
         .collect();
     total(&about_axis)
+}
+
+/// The sums over a row with the middle `M` factors of every column.
+fn of_azimuth<const M: usize>(row: &[[f32; 3]], columns: &[[f64; 9]]) -> [[f64; 3]; 9] {
+    let first = (9 - M) / 2;
+    let mut sums = [[0.0; 3]; M];
+    for (texel, column) in row.iter().zip(columns) {
+        for (m, sum) in sums.iter_mut().enumerate() {
+            (0..3).for_each(|c| sum[c] += column[first + m] * f64::from(texel[c]));
+        }
+    }
+    let mut all = [[0.0; 3]; 9];
+    all[first..first + M].copy_from_slice(&sums);
+    all
 }
 
 fn total(rows: &[[[f64; 3]; COUNT]]) -> [[f64; 3]; COUNT] {

@@ -14,7 +14,7 @@ use ::png::{BitDepth, ColorType, Compression, Encoder};
 use serde_json::{Map, Value, json};
 
 use super::encoding::{Pictures, decode, encode};
-use super::{Encoding, Format, Repr, Storage, ascii, check, from_pairs, harmonics, pairs, plausible};
+use super::{DEFLATE_RATIO, Encoding, Format, Repr, Storage, ascii, check, from_pairs, harmonics, pairs, plausible};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -24,9 +24,6 @@ pub struct BabylonEnv;
 
 const MAGIC: [u8; 8] = [0x86, 0x16, 0x87, 0x96, 0xf6, 0xd6, 0x96, 0x36];
 const FACES: usize = 6;
-/// Deflate's best.
-const BEST_RATIO: u64 = 1032;
-
 impl Format for BabylonEnv {
     fn name(&self) -> &'static str {
         "Babylon.js environment"
@@ -121,7 +118,11 @@ impl Format for BabylonEnv {
                 let range = number("position").zip(number("length")).and_then(|(at, n)| Some(at..at.checked_add(n)?));
                 let png =
                     range.and_then(|r| pictures.get(r)).ok_or_else(|| wrong("a picture lies outside the file"))?;
+                // Before memory is taken: a picture that stands for several mips would be read as often.
                 read += png.len();
+                if read > pictures.len() {
+                    return Err(wrong("its pictures overlap"));
+                }
                 let texels = read_png(png, size).ok_or_else(|| wrong("a picture is not what it should be"))?;
                 level.extend(decode(&texels, texture.channels.len(), picture, encoding));
             }
@@ -153,7 +154,7 @@ fn read_png(bytes: &[u8], size: u32) -> Option<Vec<u8>> {
     if (info.width, info.height) != (size, size) || !is_rgba {
         return None;
     }
-    plausible(Path::new(""), Some(4 * u64::from(size) * u64::from(size)), bytes.len(), BEST_RATIO).ok()?;
+    plausible(Path::new(""), Some(4 * u64::from(size) * u64::from(size)), bytes.len() as u64, DEFLATE_RATIO).ok()?;
     let mut texels = vec![0; file.output_buffer_size()?];
     file.next_frame(&mut texels).ok()?;
     file.finish().ok()?;

@@ -12,7 +12,9 @@ use ::exr::prelude as e;
 use ::exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 use half::f16;
 
-use super::{Encoding, Format, Repr, Storage, WRITER, check, floats, from_pairs, is_map, pairs, plausible};
+use super::{
+    DEFLATE_RATIO, Encoding, Format, Repr, Storage, WRITER, check, floats, from_pairs, is_map, pairs, plausible,
+};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
@@ -20,8 +22,6 @@ use crate::texture::{Shape, Texture};
 #[derive(Debug)]
 pub struct Exr;
 
-/// Deflate's best; other files' lossy schemes stay far below it.
-const BEST_RATIO: u64 = 1032;
 /// More parts than slices of the deepest volume: not a file of ours.
 const MAX_PARTS: usize = 256;
 const CHANNEL_NAMES: [&str; 4] = ["R", "G", "B", "A"];
@@ -86,7 +86,7 @@ impl Format for Exr {
             let texels = texels.and_then(|n| n.checked_mul(4 * header.channels.list.len() as u64));
             size = size.and_then(|sum| sum.checked_add(texels?));
         }
-        plausible(path, size, bytes.len(), BEST_RATIO)?;
+        plausible(path, size, bytes.len() as u64, DEFLATE_RATIO)?;
 
         let image = e::read()
             .no_deep_data()

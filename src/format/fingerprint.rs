@@ -75,12 +75,12 @@ impl Fingerprint {
         for level in levels {
             for values in level.chunks(CHUNK * channels) {
                 let pictures = Pictures { width: (values.len() / channels) as u32, height: 1, count: 1 };
-                let bytes = encode(values, channels, pictures, plain)?;
+                let mut bytes = encode(values, channels, pictures, plain)?;
                 hash.update(&bytes);
-                for texel in bytes.chunks_exact(plain.unit_bytes()) {
+                for halves in halves_of(&mut bytes, plain.unit_bytes()) {
                     index += 1;
-                    let value = mixed(index, texel);
-                    sums = [(sums[0] + value) % P, (sums[1] + times(index, value)) % P];
+                    let value = mixed(index, halves);
+                    sums = [reduced((sums[0] + value).into()), reduced((sums[1] + times(index, value)).into())];
                 }
             }
         }
@@ -128,23 +128,40 @@ fn is_plain(encoding: Encoding) -> bool {
     matches!(encoding.repr, Repr::F16 | Repr::F32 | Repr::Unorm8 | Repr::Unorm16 | Repr::Rgbe8)
 }
 
-/// A number below [`P`] that looks drawn at random for every index and texel (of at most 16 bytes, filled up with zeros).
-fn mixed(index: u64, texel: &[u8]) -> u64 {
+/// Texels of `unit` bytes, at most 16, filled up with zeros, as two words each. Appends to `bytes`, so that words may be
+/// read beyond the last texel.
+fn halves_of(bytes: &mut Vec<u8>, unit: usize) -> impl Iterator<Item = [u64; 2]> {
+    let texels = bytes.len() / unit;
+    bytes.extend([0; 16]);
+    let mask = |bytes: usize| u64::MAX.checked_shr(64 - 8 * bytes.min(8) as u32).unwrap_or(0);
+    let masks = [mask(unit), mask(unit.saturating_sub(8))];
+    let bytes = &*bytes;
+    (0..texels).map(move |i| {
+        let word = |at: usize| bytes[at..].first_chunk().map_or(0, |word| u64::from_le_bytes(*word));
+        [word(i * unit) & masks[0], word(i * unit + 8) & masks[1]]
+    })
+}
+
+/// A number below [`P`] that looks drawn at random for every index and texel, given as two words.
+fn mixed(index: u64, halves: [u64; 2]) -> u64 {
     // The finaliser of SplitMix64 (Steele et al. 2014), a bijection.
     let mix = |z: u64| {
         let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
     };
-    let mut padded = [0; 16];
-    padded[..texel.len()].copy_from_slice(texel);
-    let halves = padded.as_chunks::<8>().0;
-    halves.iter().fold(mix(index), |state, half| mix(state ^ u64::from_le_bytes(*half))) % P
+    reduced(halves.iter().fold(mix(index), |state, half| mix(state ^ half)).into())
+}
+
+/// A number below 2^122 modulo [`P`]: 2^61 is 1, so that the upper bits add to the lower ones.
+fn reduced(number: u128) -> u64 {
+    let sum = (number as u64 & P) + (number >> 61) as u64;
+    if sum < P { sum } else { sum - P }
 }
 
 /// a · b modulo [`P`].
 fn times(a: u64, b: u64) -> u64 {
-    (u128::from(a) * u128::from(b) % u128::from(P)) as u64
+    reduced(u128::from(a) * u128::from(b))
 }
 
 /// base^exponent modulo [`P`]; with the exponent P − 2 the inverse (Fermat).
@@ -183,7 +200,7 @@ mod tests {
         let found = Fingerprint::of(&one, Encoding::parse("r16f").unwrap()).unwrap();
         // `printf '\000\074' | sha256sum`
         assert_eq!(found.sha256, "505114fe537172ea35e17ca1a7516edac516a89b31f983f7c6387d5d2bb462aa");
-        assert_eq!(found.sums, [mixed(1, &[0x00, 0x3c]); 2]);
+        assert_eq!(found.sums, [mixed(1, [0x3c00, 0]); 2]);
     }
 
     #[test]

@@ -94,7 +94,7 @@ impl Format for Hdr {
         let (Some(width @ 1..), Some(height @ 1..)) = (width, height) else {
             return Err(wrong("its size is not a number"));
         };
-        plausible(path, u64::from(width).checked_mul(u64::from(height)), bytes.len(), BEST_RATIO)?;
+        plausible(path, u64::from(width).checked_mul(u64::from(height)), bytes.len() as u64, BEST_RATIO)?;
         let (channels, meta) = from_pairs(path, comments, &["r", "g", "b"], 3)?;
 
         let texels = scanlines(rest, width as usize, height as usize).ok_or_else(|| wrong("its texels are damaged"))?;

@@ -14,7 +14,8 @@ use ::ktx2 as reader;
 
 use super::encoding::{Pictures, decode, encode};
 use super::{
-    Compression, Encoding, Format, Repr, Storage, WRITER, check, from_pairs, is_map, pairs, plausible, stated_encoding,
+    Compression, Encoding, Format, Repr, Storage, WRITER, ZSTD_RATIO, check, from_pairs, is_map, pairs, plausible,
+    stated_encoding,
 };
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
@@ -50,8 +51,6 @@ const VK_FORMATS: &[(&str, u32)] = &[
 
 /// Zstandard's level: slow to write, and read as fast as any.
 const ZSTD_LEVEL: i32 = 19;
-/// Blocks of repeated bytes, at most 128 KiB in 4 bytes.
-const BEST_RATIO: u64 = 1 << 15;
 
 fn known() -> impl Iterator<Item = (Encoding, u32)> {
     VK_FORMATS.iter().map(|&(name, vk)| (Encoding::parse(name).expect("each name is in ENCODINGS"), vk))
@@ -228,7 +227,7 @@ impl Format for Ktx2 {
             let data = match compression {
                 Compression::Plain => Cow::Borrowed(level.data),
                 Compression::Zstd => {
-                    plausible(path, size, level.data.len(), BEST_RATIO)?;
+                    plausible(path, size, level.data.len() as u64, ZSTD_RATIO)?;
                     Cow::Owned(
                         decompress(level.data, size.unwrap_or(0))
                             .map_err(|e| wrong(format!("its level {i} is not sound Zstandard data: {e}")))?,

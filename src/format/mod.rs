@@ -26,13 +26,14 @@ mod png;
 mod sh;
 mod source;
 
+use std::io::Read;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
 pub use self::babylon::BabylonEnv;
 pub use self::dds::Dds;
 pub use self::encoding::{
-    Compression, ENCODINGS, Effort, Encoding, Pictures, Repr, Rounding, Steps, Storage, decode, encode, rounding,
+    Compression, ENCODINGS, Effort, Encoding, Loss, Pictures, Repr, Rounding, Steps, Storage, decode, encode, rounding,
 };
 pub use self::exr::Exr;
 pub use self::fingerprint::{Changed, Fingerprint, SHA256};
@@ -396,12 +397,32 @@ fn from_pairs<'a>(
     Ok((channels, meta))
 }
 
+/// What deflate makes of a byte at best.
+pub(crate) const DEFLATE_RATIO: u64 = 1032;
+/// What Zstandard makes of a byte at best: four bytes may stand for a block of 128 KiB.
+pub(crate) const ZSTD_RATIO: u64 = 1 << 15;
+
 /// Refuses a size that the file cannot hold even at the container's best compression, before memory is taken for it.
-fn plausible(path: &Path, decoded_bytes: Option<u64>, file_bytes: usize, best_ratio: u64) -> Result<()> {
+pub(crate) fn plausible(path: &Path, decoded_bytes: Option<u64>, file_bytes: u64, best_ratio: u64) -> Result<()> {
     match decoded_bytes {
-        Some(size) if size / best_ratio <= file_bytes as u64 + 1024 => Ok(()),
-        _ => Err(Error::input(path, "its header states more texels than the file can hold", "")),
+        Some(size) if size / best_ratio <= file_bytes => Ok(()),
+        _ => Err(Error::input(
+            path,
+            "its header states more texels than the file can hold",
+            "it is damaged or cut short: fetch or export it again",
+        )),
     }
+}
+
+/// The content of a Zstandard frame that holds `size_bytes`; at most one byte more, which is enough to refuse the rest.
+pub(crate) fn unzstd(from: impl Read, size_bytes: u64) -> Result<Vec<u8>, String> {
+    // The window is memory that a frame asks for in its first bytes. Every decoder must grant 8 MiB (RFC 8878, 3.1.1.1.2).
+    let window = size_bytes.next_power_of_two().max(8 << 20);
+    let decoder = ruzstd::decoding::StreamingDecoder::new_with_max_window_size(from, window);
+    let decoder = decoder.map_err(|e| e.to_string())?;
+    let mut out = vec![];
+    decoder.take(size_bytes.saturating_add(1)).read_to_end(&mut out).map_err(|e| e.to_string())?;
+    Ok(out)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! NumPy's `.npy`: one level as an array of halves or singles, rows × columns × channels, of a cube faces
-//! first, of a volume slices first.
+//! first, of a volume slices first. A volume of six square slices has a leading axis of length 1, or it would read back as a
+//! cube.
 //!
 //! The format has no place for metadata: what was baked, its axes and its certificate are not in the file.
 
@@ -12,6 +13,9 @@ use npyz::{NpyFile, Order, WriteOptions, WriterBuilder};
 use super::{Encoding, Format, Pictures, Repr, Storage, check};
 use crate::error::{Error, Result};
 use crate::texture::{Meta, Shape, Texture};
+
+/// What tells a cube's axis of faces.
+const CUBE_FACES: u32 = 6;
 
 /// NumPy's array format.
 #[derive(Debug)]
@@ -48,6 +52,7 @@ impl Format for Npy {
         let [width, height, channels] = [texture.width, texture.height, texture.channels.len() as u32].map(u64::from);
         let shape = match texture.shape {
             Shape::Cube => vec![6, height, width, channels],
+            Shape::Volume { depth: CUBE_FACES } if width == height => vec![1, 6, height, width, channels],
             Shape::Volume { depth } => vec![depth.into(), height, width, channels],
             Shape::Table | Shape::Map => vec![height, width, channels],
         };
@@ -67,6 +72,7 @@ impl Format for Npy {
     fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)> {
         let unsound = |e: std::io::Error| Error::input(path, format!("it is not a sound .npy file: {e}"), "");
         let wrong = |what: String| Error::input(path, what, "save it as float16 or float32, rows x columns x channels");
+        check_header(bytes).map_err(|what| Error::input(path, format!("it is not a sound .npy file: {what}"), ""))?;
         let file = NpyFile::new(Cursor::new(bytes)).map_err(unsound)?;
         let (order, sizes, dtype) = (file.order(), file.shape().to_vec(), file.dtype().descr());
         if order != Order::C {
@@ -76,7 +82,9 @@ impl Format for Npy {
         let found = match sizes[..] {
             [height, width] => Some((1, height, width, 1)),
             [height, width, channels] => Some((1, height, width, channels)),
-            [count, height, width, channels] => small(count).map(|count| (count, height, width, channels)),
+            [count, height, width, channels] | [1, count, height, width, channels] => {
+                small(count).map(|count| (count, height, width, channels))
+            }
             _ => None,
         };
         let Some((count, Some(height), Some(width), channels @ 1..=4)) =
@@ -101,13 +109,35 @@ impl Format for Npy {
         let levels = vec![super::decode(data, channels, pictures, plain)];
         let names = ["r", "g", "b", "a"][..channels].iter().map(|c| c.to_string()).collect();
         let shape = match sizes.len() {
-            4 if count == 6 && width == height => Shape::Cube,
-            4 => Shape::Volume { depth: count },
+            4 if count == CUBE_FACES && width == height => Shape::Cube,
+            4 | 5 => Shape::Volume { depth: count },
             _ => Shape::Table,
         };
         let encoding = Encoding::fitting(repr, channels).expect("float encodings hold up to four components");
         Ok((Texture { shape, width, height, channels: names, levels, meta: Meta::default() }, encoding))
     }
+}
+
+/// The longest description of an array that is read. Plain arrays have 118 bytes.
+const MAX_HEADER_BYTES: usize = 4096;
+
+/// Refuses a description that is longer than the file, or nested deeper than an array's: the crate would take the memory, or
+/// go as deep as the brackets do.
+fn check_header(bytes: &[u8]) -> Result<(), &'static str> {
+    let cut = "it ends too early";
+    let (start, length) = match bytes.get(6).ok_or(cut)? {
+        1 => (10, bytes.get(8..10).ok_or(cut)?.iter().rev().fold(0, |n, b| n << 8 | usize::from(*b))),
+        _ => (12, bytes.get(8..12).ok_or(cut)?.iter().rev().fold(0, |n, b| n << 8 | usize::from(*b))),
+    };
+    if length > MAX_HEADER_BYTES {
+        return Err("its description is too long for an array of numbers");
+    }
+    let header = bytes.get(start..start + length).ok_or(cut)?;
+    // The dictionary and the tuple of sizes.
+    if header.iter().filter(|b| b"([{".contains(b)).count() > 2 {
+        return Err("its description is none of an array of numbers");
+    }
+    Ok(())
 }
 
 /// An array of little-endian numbers, the last axis fastest.

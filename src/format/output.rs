@@ -65,7 +65,7 @@ pub fn abandon() -> Abandoned {
 }
 
 /// What [`Output::commit`] wrote.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Written {
     /// Size of the file.
     pub bytes: u64,

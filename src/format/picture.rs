@@ -15,7 +15,7 @@ use half::f16;
 use image_dds::ddsfile::{Caps2, D3DFormat, Dds, DxgiFormat, MiscFlag};
 use image_dds::{ImageFormat, Surface};
 
-use super::{Encoding, Format, Hdr, Ktx1, Npy, Pictures, Repr, decode, plausible};
+use super::{DEFLATE_RATIO, Encoding, Format, Hdr, Ktx1, Npy, Pictures, Repr, ZSTD_RATIO, decode, plausible, unzstd};
 use crate::bake::MAX_SIZE;
 use crate::error::{Error, Result};
 
@@ -112,14 +112,19 @@ impl Picture {
     /// Reads a file whose container its first bytes tell. Numbers that are not finite are refused.
     pub fn read(path: &Path) -> Result<Picture> {
         let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
+        Self::parse(path, &bytes)
+    }
+
+    /// [`Picture::read`] of a file's content; `path` only names it in an error.
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Picture> {
         let picture = match bytes.get(..4).unwrap_or_default() {
-            [0xab, b'K', b'T', b'X'] if bytes.get(5) == Some(&b'1') => ours(&Ktx1, path, &bytes),
-            [0xab, b'K', b'T', b'X'] => ktx2(path, &bytes),
-            [0x93, b'N', b'U', b'M'] => ours(&Npy, path, &bytes),
-            b"DDS " => dds(path, &bytes),
-            [0x76, 0x2f, 0x31, 0x01] => exr(path, &bytes),
-            [b'#', b'?', ..] => ours(&Hdr, path, &bytes),
-            [0x89, b'P', b'N', b'G'] => png(path, &bytes),
+            [0xab, b'K', b'T', b'X'] if bytes.get(5) == Some(&b'1') => ours(&Ktx1, path, bytes),
+            [0xab, b'K', b'T', b'X'] => ktx2(path, bytes),
+            [0x93, b'N', b'U', b'M'] => ours(&Npy, path, bytes),
+            b"DDS " => dds(path, bytes),
+            [0x76, 0x2f, 0x31, 0x01] => exr(path, bytes),
+            [b'#', b'?', ..] => ours(&Hdr, path, bytes),
+            [0x89, b'P', b'N', b'G'] => png(path, bytes),
             _ => Err(Error::input(
                 path,
                 "its first bytes are those of no container that is read here",
@@ -337,19 +342,18 @@ fn ktx2(path: &Path, bytes: &[u8]) -> Result<Picture> {
     let range = |from: u64, len: u64| Some(usize::try_from(from).ok()?..usize::try_from(from.checked_add(len)?).ok()?);
     let stored = range(level.byte_offset, level.byte_length).and_then(|r| bytes.get(r)).ok_or_else(cut)?;
     let wanted = packing.bytes(width, height);
-    // One byte more than there should be is enough to refuse the rest.
-    let collect = |from: &mut dyn Read| {
-        let mut out = vec![];
-        from.take(wanted as u64 + 1).read_to_end(&mut out).map(|_| out)
-    };
     let plain = match header.supercompression_scheme {
         None => stored.to_vec(),
         Some(SupercompressionScheme::Zstandard) => {
-            let mut decoder = ruzstd::decoding::StreamingDecoder::new(stored).map_err(|e| unsound(&e))?;
-            collect(&mut decoder).map_err(|e| unsound(&e))?
+            plausible(path, Some(wanted as u64), stored.len() as u64, ZSTD_RATIO)?;
+            unzstd(stored, wanted as u64).map_err(|e| unsound(&e))?
         }
         Some(SupercompressionScheme::ZLIB) => {
-            collect(&mut flate2::read::ZlibDecoder::new(stored)).map_err(|e| unsound(&e))?
+            // One byte more than there should be is enough to refuse the rest.
+            let mut out = vec![];
+            let decoder = flate2::read::ZlibDecoder::new(stored);
+            decoder.take(wanted as u64 + 1).read_to_end(&mut out).map_err(|e| unsound(&e))?;
+            out
         }
         Some(other) => {
             return Err(Error::input(path, format!("its levels are supercompressed by {other:?}"), CONVERT));
@@ -434,9 +438,6 @@ fn dds(path: &Path, bytes: &[u8]) -> Result<Picture> {
     Ok(Picture { width, height, components: packing.components(), stored: name, values })
 }
 
-/// Deflate's best.
-const BEST_RATIO: u64 = 1032;
-
 fn exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
     let unsound = |e: e::Error| Error::input(path, format!("it is not a sound OpenEXR file: {e}"), "");
 
@@ -448,7 +449,7 @@ fn exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
         let values = texels.and_then(|n| n.checked_mul(4 * header.channels.list.len() as u64));
         size = size.and_then(|sum| sum.checked_add(values?));
     }
-    plausible(path, size, bytes.len(), BEST_RATIO)?;
+    plausible(path, size, bytes.len() as u64, DEFLATE_RATIO)?;
     let image = e::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -521,7 +522,7 @@ fn png(path: &Path, bytes: &[u8]) -> Result<Picture> {
         ColorType::Rgba => &["R", "G", "B", "A"],
     };
     let size = u64::from(width) * u64::from(height) * (bytes_each * names.len()) as u64;
-    plausible(path, Some(size), bytes.len(), BEST_RATIO)?;
+    plausible(path, Some(size), bytes.len() as u64, DEFLATE_RATIO)?;
     let mut texels = vec![0; size as usize];
     file.next_frame(&mut texels).map_err(unsound)?;
     file.finish().map_err(unsound)?;

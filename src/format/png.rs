@@ -11,16 +11,16 @@ use std::path::Path;
 use ::png::{BitDepth, ColorType, Decoder, Encoder, ScaledFloat};
 
 use super::encoding::{Pictures, decode, encode};
-use super::{Encoding, Format, Repr, Storage, WRITER, check, from_pairs, is_map, pairs, plausible, stated_encoding};
+use super::{
+    DEFLATE_RATIO, Encoding, Format, Repr, Storage, WRITER, check, from_pairs, is_map, pairs, plausible,
+    stated_encoding,
+};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
 
 /// Portable Network Graphics.
 #[derive(Debug)]
 pub struct Png;
-
-/// Deflate's best: a run of 258 bytes in two bits.
-const BEST_RATIO: u64 = 1032;
 
 impl Format for Png {
     fn name(&self) -> &'static str {
@@ -99,7 +99,7 @@ impl Format for Png {
 
         // Texels, and what follows them: the checks of the last chunks catch a file that was cut short.
         let pictures = Pictures { width, height, count: 1 };
-        plausible(path, container.level_bytes(pictures), bytes.len(), BEST_RATIO)?;
+        plausible(path, container.level_bytes(pictures), bytes.len() as u64, DEFLATE_RATIO)?;
         let mut texels = vec![0; file.output_buffer_size().unwrap_or(0)];
         file.next_frame(&mut texels).map_err(unsound)?;
         file.finish().map_err(unsound)?;

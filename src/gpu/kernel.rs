@@ -61,6 +61,11 @@ impl Kernel {
         Ok(kernel)
     }
 
+    /// What it was made as.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
     fn build(&mut self, spirv: &[u32]) -> Result<(), vk::Result> {
         let d = &self.device.raw;
         let buffer = |binding| {
@@ -74,7 +79,7 @@ impl Kernel {
         let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(self.push_bytes)];
         let sizes =
             [vk::DescriptorPoolSize::default().ty(vk::DescriptorType::STORAGE_BUFFER).descriptor_count(self.bindings)];
-        // SAFETY: the SPIR-V was compiled by build.rs for Vulkan 1.1; every create info lives until its call returns and
+        // SAFETY: the SPIR-V was compiled for Vulkan 1.1 by the build script; every create info lives until its call returns and
         // refers to handles of this device.
         unsafe {
             self.module = d.create_shader_module(&vk::ShaderModuleCreateInfo::default().code(spirv), None)?;

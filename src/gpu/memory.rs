@@ -203,7 +203,7 @@ mod tests {
             return;
         };
         let data: Vec<u32> = (0..1000).collect();
-        let mut buffer = Buffer::with(&gpu.0, "staged", 4000, &[vk::MemoryPropertyFlags::DEVICE_LOCAL]).unwrap();
+        let mut buffer = Buffer::with(&gpu.device, "staged", 4000, &[vk::MemoryPropertyFlags::DEVICE_LOCAL]).unwrap();
         assert!(buffer.mapped.is_none());
         gpu.write(&mut buffer, &data).unwrap();
         assert_eq!(gpu.read::<u32>(&buffer).unwrap(), data);

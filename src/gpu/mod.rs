@@ -12,8 +12,8 @@ mod inject;
 mod kernel;
 mod memory;
 
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use bytemuck::Pod;
@@ -26,7 +26,11 @@ pub use memory::Buffer;
 use crate::error::{Error, Result};
 
 /// An open Vulkan device with one compute queue.
-pub struct Gpu(Arc<Device>);
+pub struct Gpu {
+    /// Kernels that were asked for by name, because a driver compiles each anew.
+    kept: Mutex<Vec<Arc<Kernel>>>,
+    device: Arc<Device>,
+}
 
 impl Gpu {
     /// Opens the device that `selector` names: `auto`, an index of [`devices`], a UUID, or a part of a name.
@@ -38,22 +42,22 @@ impl Gpu {
         let instance = Instance::new(validate)?;
         let found = instance.devices()?;
         let chosen = device::select(&found, selector)?;
-        Ok(Gpu(Arc::new(Device::open(instance, &found[chosen])?)))
+        Ok(Gpu { kept: Mutex::default(), device: Arc::new(Device::open(instance, &found[chosen])?) })
     }
 
     /// What the device is.
     pub fn info(&self) -> &DeviceInfo {
-        &self.0.info
+        &self.device.info
     }
 
     /// The longest that one dispatch took, each kernel's first one left out, which may compile it: what a watchdog sees.
     pub fn longest_dispatch(&self) -> Duration {
-        Duration::from_nanos(self.0.longest_dispatch_ns.load(Ordering::Relaxed))
+        Duration::from_nanos(self.device.longest_dispatch_ns.load(Ordering::Relaxed))
     }
 
     /// What the validation layer has said so far; empty without `validate`.
     pub fn messages(&self) -> Vec<String> {
-        self.0.instance.messages()
+        self.device.instance.messages()
     }
 
     /// An error when the validation layer has said anything.
@@ -68,15 +72,15 @@ impl Gpu {
     ///
     /// Kernels and buffers hold their device: drop them first, or the device lives on.
     pub fn close(self) -> Vec<String> {
-        let instance = self.0.instance.clone();
+        let instance = self.device.instance.clone();
         drop(self);
         instance.messages()
     }
 
     /// A storage buffer of `size_bytes` (a multiple of 4) whose every `f32` is NaN, so that "not written" is seen.
     pub fn buffer(&self, name: &str, size_bytes: u64) -> Result<Buffer> {
-        let buffer = Buffer::new(&self.0, name, size_bytes)?;
-        self.0.submit(name, |device, commands| {
+        let buffer = Buffer::new(&self.device, name, size_bytes)?;
+        self.device.submit(name, |device, commands| {
             // SAFETY: the buffer was made with TRANSFER_DST usage, and `size_bytes` is its size.
             unsafe { device.cmd_fill_buffer(commands, buffer.raw, 0, size_bytes, u32::MAX) };
         })?;
@@ -86,7 +90,7 @@ impl Gpu {
     /// A storage buffer that holds `data`.
     pub fn upload<T: Pod>(&self, name: &str, data: &[T]) -> Result<Buffer> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        let mut buffer = Buffer::new(&self.0, name, bytes.len() as u64)?;
+        let mut buffer = Buffer::new(&self.device, name, bytes.len() as u64)?;
         buffer.write(bytes)?;
         Ok(buffer)
     }
@@ -104,11 +108,22 @@ impl Gpu {
     /// A compute pipeline from SPIR-V whose entry point is `main`, with `bindings` storage buffers in set 0 at bindings
     /// 0, 1, … and a push-constant block of `push_bytes`.
     pub fn kernel(&self, name: &str, spirv: &[u32], bindings: u32, push_bytes: u32) -> Result<Kernel> {
-        Kernel::new(&self.0, name, spirv, bindings, push_bytes)
+        Kernel::new(&self.device, name, spirv, bindings, push_bytes)
+    }
+
+    /// The same, made once for each name and then kept.
+    pub fn kept_kernel(&self, name: &str, spirv: &[u32], bindings: u32, push_bytes: u32) -> Result<Arc<Kernel>> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernel) = kept.iter().find(|kernel| kernel.name() == name) {
+            return Ok(kernel.clone());
+        }
+        let kernel = Arc::new(self.kernel(name, spirv, bindings, push_bytes)?);
+        kept.push(kernel.clone());
+        Ok(kernel)
     }
 
     /// Runs `groups` workgroups of a kernel and waits until they are done.
     pub fn dispatch<P: Pod>(&self, kernel: &Kernel, buffers: &[&Buffer], push: &P, groups: [u32; 3]) -> Result<()> {
-        kernel.dispatch(&self.0, buffers, bytemuck::bytes_of(push), groups)
+        kernel.dispatch(&self.device, buffers, bytemuck::bytes_of(push), groups)
     }
 }

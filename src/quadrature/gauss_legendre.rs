@@ -1,4 +1,4 @@
-//! Gauss–Legendre nodes and weights. Shared with `build.rs`, which writes them into the shaders.
+//! Gauss–Legendre nodes and weights. Shared with the build script, which writes them into the shaders.
 
 /// A node in (−1, 1) and its weight; the weights of a rule sum to 2.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,6 @@
-//! Numerical integration: fixed rules for the bakes, an adaptive integrator for the truth that checks them.
+//! Numerical integration: fixed rules for the bakes, an adaptive integrator for the truth that checks them; and the minima
+//! that fits look for.
 
 pub mod adaptive;
 pub mod gauss_legendre;
+pub mod newton;

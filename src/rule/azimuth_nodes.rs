@@ -1,4 +1,4 @@
-//! Azimuth nodes of the h-split rule. Shared with `build.rs`, which writes them into the shader.
+//! Azimuth nodes of the h-split rule. Shared with the build script, which writes them into the shader.
 
 use crate::quadrature::gauss_legendre::{Node, gauss_legendre};
 

@@ -1,4 +1,4 @@
-//! Nodes of the cone rule. Shared with `build.rs`, which writes them into the shader.
+//! Nodes of the cone rule. Shared with the build script, which writes them into the shader.
 
 use crate::quadrature::gauss_legendre::gauss_legendre;
 

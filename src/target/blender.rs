@@ -2,7 +2,7 @@
 
 use super::{EnvironmentPreset, TablePreset, Target};
 use crate::axis::{Points, Warp};
-use crate::bake::IorMap;
+use crate::bake::SliceAxis;
 
 /// Over roughness and n·v with both limits, 32 each, as C floats.
 const CYCLES: TablePreset = TablePreset {
@@ -18,7 +18,7 @@ const CYCLES: TablePreset = TablePreset {
 const CYCLES_GLASS: TablePreset = TablePreset {
     table: "glass",
     size: (16, 16),
-    slices: Some((IorMap::FromF0, 16)),
+    slices: Some((SliceAxis::FromF0, 16)),
     channels: &["total"],
     stem: "ggx_glass_E",
     extension: "h",
@@ -38,11 +38,22 @@ const CYCLES_GLASS_AVERAGE: TablePreset = TablePreset {
     ..CYCLES_GLASS
 };
 
+/// Weights of F90 over roughness, n·v and the exponent, 16 each.
+const CYCLES_SCHLICK: TablePreset = TablePreset {
+    table: "schlick-weight",
+    slices: Some((SliceAxis::CyclesExponent, 16)),
+    channels: &["weight"],
+    stem: "ggx_gen_schlick_s",
+    snippet: "// {file}: slice = z with exponent 5 (1 - z)/z, row = n.v, column = roughness
+// s = lookup_table_read_3D(roughness, mu, 1 / (0.2f * exponent + 1), offset, 16, 16, 16)",
+    ..CYCLES_GLASS
+};
+
 pub(super) static TARGET: Target = Target {
     name: "blender",
     about: [
         "EXR picture of 2048x1024 for a world's environment texture",
-        "Tables as C: EEVEE's brdf_ggx (split-sum); Cycles' ggx_E, ggx_Eavg, ggx_glass_E, ggx_glass_Eavg and _inv_, by name",
+        "Tables as C: EEVEE's brdf_ggx (split-sum), ltc_mat_ggx, ltc_mag_ggx; Cycles' ggx_E, ggx_Eavg, ggx_glass_*, ggx_gen_schlick_*, by name",
     ],
     source: "Blender: Cycles scene/shader.tables, app/cycles_precompute.cpp; EEVEE eevee_lut",
     tables: &[
@@ -74,10 +85,37 @@ vec2 split_sum = texture(utility_tx, uv * 63.0 / 64.0 + 0.5 / 64.0).rg;",
             snippet: "// {file}: lookup_table_read(roughness, offset, 32)",
             ..CYCLES
         },
+        TablePreset {
+            stem: "ltc_mat_ggx",
+            extension: "h",
+            encoding: "rgba32f",
+            snippet: "// {file}: EEVEE's utility texture, layer of the matrix",
+            ..TablePreset::LTC
+        },
+        TablePreset {
+            channels: &["magnitude", "fresnel"],
+            stem: "ltc_mag_ggx",
+            extension: "h",
+            encoding: "rg32f",
+            snippet: "// {file}: EEVEE's utility texture, layer of the magnitude",
+            ..TablePreset::LTC_MAGNITUDE
+        },
         CYCLES_GLASS,
         CYCLES_GLASS_AVERAGE,
-        TablePreset { slices: Some((IorMap::InverseFromF0, 16)), stem: "ggx_glass_inv_E", ..CYCLES_GLASS },
-        TablePreset { slices: Some((IorMap::InverseFromF0, 16)), stem: "ggx_glass_inv_Eavg", ..CYCLES_GLASS_AVERAGE },
+        TablePreset { slices: Some((SliceAxis::InverseFromF0, 16)), stem: "ggx_glass_inv_E", ..CYCLES_GLASS },
+        TablePreset {
+            slices: Some((SliceAxis::InverseFromF0, 16)),
+            stem: "ggx_glass_inv_Eavg",
+            ..CYCLES_GLASS_AVERAGE
+        },
+        CYCLES_SCHLICK,
+        TablePreset {
+            slices: Some((SliceAxis::FromF0, 16)),
+            stem: "ggx_gen_schlick_ior_s",
+            snippet: "// {file}: slice = z with F0 = z^4, row = n.v, column = roughness
+// s = lookup_table_read_3D(roughness, mu, sqrtf(fabsf((ior - 1) / (ior + 1))), offset, 16, 16, 16)",
+            ..CYCLES_SCHLICK
+        },
     ],
     environment: Some(EnvironmentPreset {
         snippet: "import bpy

@@ -3,6 +3,14 @@
 use super::{Beside, Content, EnvironmentPreset, Mips, TablePreset, Target};
 use crate::bake::RoughnessLaw;
 
+/// Filament has no area lights of its own: an unlit material may.
+const AREA_LIGHTS: &str =
+    "// Both by ktxreader::Ktx1Reader::createTexture, as parameters of a material that lights itself:
+vec2 uv = vec2(roughness, sqrt(1.0 - clamp(dot(normal, view), 0.0, 1.0))) * (63.0 / 64.0) + 0.5 / 64.0;
+vec4 t1 = texture(materialParams_ltc1, uv);
+vec4 t2 = texture(materialParams_ltc2, uv);
+mat3 inverse = mat3(vec3(t1.x, 0.0, t1.y), vec3(0.0, 1.0, 0.0), vec3(t1.z, 0.0, t1.w)); // by columns";
+
 pub(super) static TARGET: Target = Target {
     name: "filament",
     about: [
@@ -10,16 +18,20 @@ pub(super) static TARGET: Target = Target {
         "128x128 table of bias, scale + bias and cloth as C; its rows lie one texel high, as in today's engine (--exact-rows)",
     ],
     source: "Filament: tools/cmgen, libs/ibl (CubemapIBL.cpp, CubemapSH.cpp), shaders/src/surface_light_indirect.fs",
-    tables: &[TablePreset {
-        // cmgen takes row j at (j + 3/2)/128, and the engine's shader reads it as if it were (j + 1/2)/128.
-        row_shift: 1,
-        channels: &["bias", "albedo", "cloth"],
-        stem: "dfg",
-        extension: "h",
-        encoding: "rgba16f",
-        snippet: "// Part of the engine: the words of {file} take the place of those in filament's generated dfg resource",
-        ..TablePreset::SPLIT_SUM
-    }],
+    tables: &[
+        TablePreset {
+            // cmgen takes row j at (j + 3/2)/128, and the engine's shader reads it as if it were (j + 1/2)/128.
+            row_shift: 1,
+            channels: &["bias", "albedo", "cloth"],
+            stem: "dfg",
+            extension: "h",
+            encoding: "rgba16f",
+            snippet: "// Part of the engine: the words of {file} take the place of those in filament's generated dfg resource",
+            ..TablePreset::SPLIT_SUM
+        },
+        TablePreset { extension: "ktx", snippet: AREA_LIGHTS, ..TablePreset::LTC },
+        TablePreset { extension: "ktx", snippet: AREA_LIGHTS, ..TablePreset::LTC_MAGNITUDE },
+    ],
     environment: Some(EnvironmentPreset {
         mips: Mips::DownTo(16),
         law: RoughnessLaw::Quadratic,

@@ -18,7 +18,7 @@ mod unity_hdrp;
 mod unreal;
 
 use crate::axis::{Points, Warp};
-use crate::bake::{IorMap, RoughnessLaw};
+use crate::bake::{RoughnessLaw, SliceAxis};
 use crate::error::{Error, Result, nearest};
 use crate::format::{self, Encoding, Format};
 use crate::texture::{Meta, Shape};
@@ -51,7 +51,7 @@ pub struct TablePreset {
     /// What runs along x and y.
     pub axes: &'static [Warp],
     /// What runs over the slices, and how many there are.
-    pub slices: Option<(IorMap, u32)>,
+    pub slices: Option<(SliceAxis, u32)>,
     /// Where in its texel a value is taken.
     pub points: Points,
     /// Row 0 holds the largest position.
@@ -93,6 +93,26 @@ impl TablePreset {
         extension: "ktx2",
         encoding: "rg16f",
         snippet: "",
+    };
+
+    /// The matrix of linearly transformed cosines as it was published.
+    const LTC: TablePreset = TablePreset {
+        table: "ltc",
+        size: (64, 64),
+        axes: &[Warp::Roughness, Warp::SqrtOneMinusNDotV],
+        points: Points::Edges,
+        channels: &["m00", "m20", "m02", "m22"],
+        stem: "ltc_1",
+        encoding: "rgba16f",
+        ..TablePreset::SPLIT_SUM
+    };
+
+    /// What belongs to it.
+    const LTC_MAGNITUDE: TablePreset = TablePreset {
+        table: "ltc-magnitude",
+        channels: &["magnitude", "fresnel", "unused", "sphere"],
+        stem: "ltc_2",
+        ..TablePreset::LTC
     };
 }
 

@@ -53,6 +53,9 @@ pub struct Certificate {
     pub failures: Vec<String>,
 }
 
+/// What tables say of their texels.
+const DESCRIBED: [&str; 2] = ["fit-error.worst", "fit-error.median"];
+
 /// The relative error of a figure that is stated with three digits, and with two.
 const THREE_DIGITS: f64 = 5.1e-3;
 const TWO_DIGITS: f64 = 5.1e-2;
@@ -86,6 +89,19 @@ impl Certificate {
         self.at_most(meta, "error.worst", report.certified_worst);
         self.at_most(meta, "error.median", report.certified_median);
         self.origin(meta);
+        self
+    }
+
+    /// Adds what a table says of its texels ([`crate::bake::Table::describe`]) to the certificate. It was measured before
+    /// they were stored: where storing changed them it stays a claim.
+    pub fn described(mut self, meta: &Meta, found: &Meta, steps: &Steps) -> Certificate {
+        for (key, value) in found.iter() {
+            let key = DESCRIBED.iter().find(|known| **known == key).expect("every table's keys are known");
+            match value.parse() {
+                Ok(found) if steps.encoding.repr == Repr::F32 => self.at_most(meta, key, found),
+                _ => self.only_stated(meta, key),
+            }
+        }
         self
     }
 
@@ -158,10 +174,14 @@ impl Certificate {
     /// Who baked it, with what.
     fn origin(&mut self, meta: &Meta) {
         for key in ["device", "driver", "version"] {
-            let stated = meta.get(key).map(String::from);
-            let verdict = if stated.is_some() { Verdict::Stated } else { Verdict::Missing };
-            self.claims.push(Claim { key, stated, found: None, verdict });
+            self.only_stated(meta, key);
         }
+    }
+
+    fn only_stated(&mut self, meta: &Meta, key: &'static str) {
+        let stated = meta.get(key).map(String::from);
+        let verdict = if stated.is_some() { Verdict::Stated } else { Verdict::Missing };
+        self.claims.push(Claim { key, stated, found: None, verdict });
     }
 }
 

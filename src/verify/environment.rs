@@ -16,7 +16,7 @@ use crate::env::{Environment, Equirect, Frame, Picture};
 use crate::error::Result;
 use crate::progress::{OnProgress, watched};
 use crate::term::zonal::{Peak, Zonal};
-use crate::texture::Texture;
+use crate::texture::{Meta, Texture};
 
 /// How many texels of every mip are compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +52,35 @@ pub struct MipError {
     pub bias: f64,
     /// Texels compared.
     pub texels: u32,
+}
+
+/// The errors of all mips together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Summary {
+    /// Largest rms of any mip.
+    pub rms: f64,
+    /// Largest error; NaN where any is.
+    pub worst: f64,
+    /// Texels compared.
+    pub texels: u32,
+}
+
+impl Summary {
+    /// Of what [`check`] found.
+    pub fn of(errors: &[MipError]) -> Summary {
+        let max = |of: fn(&MipError) -> f64| {
+            errors.iter().map(of).fold(0.0, |a: f64, b| if a.is_nan() || b <= a { a } else { b })
+        };
+        Summary { rms: max(|e| e.rms), worst: max(|e| e.max), texels: errors.iter().map(|e| e.texels).sum() }
+    }
+
+    /// States them in a file's meta, with the bounds of the quality.
+    pub fn state(&self, quality: &Quality, meta: &mut Meta) {
+        meta.set("error.relative.rms", format!("{:.1e}", self.rms));
+        meta.set("error.relative.worst", format!("{:.1e}", self.worst));
+        meta.set("error.bound", format!("{:.1e} rms, {:.1e} worst", quality.rms_bound, quality.worst_bound));
+        meta.set("error.checked", format!("{} texels against a brute-force f64 sum over the input", self.texels));
+    }
 }
 
 /// Compares filtered mips with the truth. `cube` holds RGB (or RGBA) texels; what is not filtered is not looked at.
@@ -106,8 +135,8 @@ pub fn expected(job: &SpecularJob, source: &Environment<'_>, mip: u32, texels: &
 pub(super) fn brightest(picture: &Picture<'_>) -> [f64; 3] {
     let texels = picture.texels();
     let sum = |t: &[f32; 3]| t[0] + t[1] + t[2];
-    let by_sum = |a: &usize, b: &usize| sum(&texels[*a]).total_cmp(&sum(&texels[*b])).then(b.cmp(a));
-    picture.direction((0..texels.len()).max_by(by_sum).expect("a picture has texels"))
+    let most = texels.iter().map(sum).fold(f32::MIN, f32::max);
+    picture.direction(texels.iter().position(|t| sum(t) == most).expect("a picture has texels"))
 }
 
 /// The truth of either kind of picture.
@@ -303,10 +332,7 @@ impl<'a> Truth<'a> {
                 let (shift, slope) = (0.5 - 0.5 * n[1] * cos, -0.5 * sin);
                 h.extend(at.iter().map(|along| shift + slope * along));
                 kernel(&mut h);
-                let mut part = [0.0; 3];
-                for (k, texel) in h.iter().zip(texels) {
-                    (0..3).for_each(|c| part[c] += k * f64::from(texel[c]));
-                }
+                let part = weighted(&h, texels);
                 (0..3).for_each(|c| sum[c] += share * sin * part[c]);
             };
             let [all, lit, near, nearest] = ranges;
@@ -383,6 +409,21 @@ impl<'a> Truth<'a> {
     }
 }
 
+/// Σ weight · texel, as four sums that do not wait for each other.
+fn weighted(weights: &[f64], texels: &[[f32; 3]]) -> [f64; 3] {
+    let mut sums = [[0.0; 3]; 4];
+    let ((weights, last_weights), (texels, last_texels)) = (weights.as_chunks::<4>(), texels.as_chunks::<4>());
+    for (weights, texels) in weights.iter().zip(texels) {
+        for (sum, (weight, texel)) in sums.iter_mut().zip(weights.iter().zip(texels)) {
+            (0..3).for_each(|c| sum[c] += weight * f64::from(texel[c]));
+        }
+    }
+    for (weight, texel) in last_weights.iter().zip(last_texels) {
+        (0..3).for_each(|c| sums[0][c] += weight * f64::from(texel[c]));
+    }
+    std::array::from_fn(|c| sums[0][c] + sums[1][c] + (sums[2][c] + sums[3][c]))
+}
+
 /// What texels that are cut alike have in common, and memory that is used again.
 #[derive(Default)]
 struct Parts {
@@ -413,5 +454,23 @@ impl Parts {
         self.down.clear();
         self.down.extend(offsets(rows).map(|offset| ((f64::from(y) + offset) * d_theta).sin_cos()));
         self.key = Some(([columns, rows], y));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_error_that_is_no_number_spoils_the_summary() {
+        let error = |max: f64| MipError { mip: 1, rms: 0.5 * max, max, bias: 0.0, texels: 2 };
+        let summary = Summary::of(&[error(1.0), error(3.0), error(2.0)]);
+        assert_eq!(summary, Summary { rms: 1.5, worst: 3.0, texels: 6 });
+        for place in 0..3 {
+            let mut errors = [error(1.0), error(3.0), error(2.0)];
+            errors[place] = error(f64::NAN);
+            let summary = Summary::of(&errors);
+            assert!(summary.worst.is_nan() && summary.rms.is_nan(), "{place}: {summary:?}");
+        }
     }
 }

@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::law::Law;
-use crate::bake::{At, TableJob};
+use crate::bake::{At, TableJob, TexelLaw, Values};
 use crate::error::Result;
 use crate::format::{Encoding, Repr, Steps};
 use crate::progress::{OnProgress, tick};
-use crate::texture::Texture;
+use crate::texture::{Meta, Texture};
 
 /// Accuracy that is asked of the truth: this share of the bound that is checked against it.
 const TRUTH_SHARE: f64 = 0.1;
@@ -84,6 +84,14 @@ impl TableReport {
     pub fn median(&self) -> f64 {
         self.channels.iter().map(|c| c.median).fold(0.0, f64::max)
     }
+
+    /// States in a file's meta what a spot check of the table found; `bound` is that of its loosest texel.
+    pub fn state(&self, bound: f64, meta: &mut Meta) {
+        meta.set("error.worst", format!("{:.2e}", self.worst() + self.truth_error));
+        meta.set("error.median", format!("{:.2e}", self.median()));
+        meta.set("error.bound", format!("{bound:.0e}"));
+        meta.set("error.checked", format!("{} texels against adaptive f64 integration", self.truth_texels));
+    }
 }
 
 /// One texel beside a reference.
@@ -132,7 +140,7 @@ pub fn check(
 
     let (mut failures, mut obeyed) = (vec![], vec![]);
     let mut bound = f64::INFINITY;
-    for (kind, by, list) in [("twin", "the same rule in f64", &twin), ("truth", "adaptive f64 integration", &truth)] {
+    for (kind, by, list) in [("twin", "the same rule in f64", &twin), ("truth", job.table.truth_name(), &truth)] {
         let before = failures.len();
         if list.is_empty() {
             failures.push(format!("no texel was compared with the {kind}"));
@@ -178,6 +186,12 @@ pub fn check(
         }
         let statement = format!("{} texels agree with the {kind} ({by}) within their bounds", list.len());
         obeyed.push(Law::new(statement, &failures[before..]));
+    }
+    if let Some(law) = job.table.law().filter(|_| job.own_channels().is_some()) {
+        tick(on, "verify: texels", 0.0)?;
+        let failure = broken(job, law, &sampled(4), texture, stored);
+        obeyed.push(Law::new(format!("each of {} texels {}", sampled(4).len(), law.statement), failure.as_slice()));
+        failures.extend(failure);
     }
     for (statement, failure) in laws(job, texture, stored) {
         obeyed.push(Law::new(statement, failure.as_slice()));
@@ -255,7 +269,8 @@ fn channel_error(name: &str, channel: usize, truth: &[Compared], stored: Option<
 /// Laws over every texel, each with what is wrong: finite, within the channel's range, and scale + bias = albedo ≤ 1.
 fn laws(job: &TableJob, texture: &Texture, stored: Option<Steps>) -> Vec<(String, Option<String>)> {
     let channels: Vec<_> = job.channel_facts().collect();
-    let slack = |v: f64| job.loosest().near_zero * v.abs().max(1.0) + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
+    let near_zero = job.loosest().near_zero;
+    let slack = |v: f64| near_zero * v.abs().max(1.0) + stored.map_or(0.0, |e| e.half_ulp_at(v, v));
     let find = |name: &str| channels.iter().position(|c| c.name == name);
     let (width, height) = job.size();
     let largest = f64::from(job.model.largest());
@@ -295,6 +310,30 @@ fn laws(job: &TableJob, texture: &Texture, stored: Option<Steps>) -> Vec<(String
         Some(format!("{} texels break a law; the first, ({x}, {y}): {what}", 1 + broken.count()))
     };
     checks.into_iter().map(|(statement, check)| (statement, broken(&check))).collect()
+}
+
+/// What is wrong by a law of texels, if anything is.
+fn broken(
+    job: &TableJob,
+    law: &TexelLaw,
+    texels: &[[u32; 2]],
+    texture: &Texture,
+    stored: Option<Steps>,
+) -> Option<String> {
+    let places = job.own_channels()?;
+    let of_texel = |&[x, y]: &[u32; 2]| {
+        let texel = texture.texel(0, 0, x, y);
+        let (mut found, mut rounding) = (Values::default(), Values::default());
+        for (own, place) in places.iter().enumerate() {
+            found[own] = f64::from(texel[*place]);
+            rounding[own] = stored.unwrap_or(SINGLE.into()).half_ulp_at(found[own], found[own].abs());
+        }
+        (law.broken)(&job.model, job.at(x, y), &found, &rounding).map(|what| (what, x, y))
+    };
+    let mut wrong: Vec<_> = texels.par_iter().filter_map(of_texel).collect();
+    let count = wrong.len();
+    let (what, x, y) = wrong.drain(..).next()?;
+    Some(format!("{count} of {} texels break a law; the first, ({x}, {y}): {what}", texels.len()))
 }
 
 /// Indices of up to `n` samples of an axis, both ends and their neighbours included.

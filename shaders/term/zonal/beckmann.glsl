@@ -1,5 +1,6 @@
 // Beckmann lobe (Walter et al. 2007, Eq. 25) with the weight n.w. Rust twin: src/term/zonal/beckmann.rs.
 #define SHARP_HORIZON 0
+#define BEYOND 0.0625
 #include "term/fainter.glsl"
 
 // Mean over a node and slope: (x, y).

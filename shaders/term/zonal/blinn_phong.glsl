@@ -1,5 +1,6 @@
 // Blinn-Phong lobe (Walter et al. 2007, Eq. 30) with the weight n.w. Rust twin: src/term/zonal/blinn_phong.rs.
 #define SHARP_HORIZON 0
+#define BEYOND 0.0625
 #include "term/fainter.glsl"
 
 // ln(1 - h), h in [0, 3/4]: the built-in loses what it adds to 1.

@@ -1,5 +1,6 @@
 // Charlie lobe (Estevez, Kulla 2017, Eq. 2) with the weight n.w. Rust twin: src/term/zonal/charlie.rs.
 #define SHARP_HORIZON 1
+#define BEYOND 0.0625
 #include "term/fainter.glsl"
 
 // Mean over a node and slope: (x, y). Nodes that the horizon runs through (f < 1) are even in mu.

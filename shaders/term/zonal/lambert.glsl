@@ -1,5 +1,6 @@
 // Lambert: max(n.w, 0), irradiance over pi (Ramamoorthi, Hanrahan 2001, Eq. 1). Rust twin: src/term/zonal/lambert.rs.
 #define SHARP_HORIZON 1
+#define BEYOND 0.0625
 
 // Mean over a node and slope: (x, y). Neither h, v nor alpha matters.
 // Domain: mu >= 0, f in [0, 1].

@@ -253,7 +253,7 @@ struct Point {
 }
 
 /// atan(b) − atan(a) for values less than half a turn apart, without cancellation where they are close.
-fn arc(a: f64, b: f64) -> f64 {
+pub(super) fn arc(a: f64, b: f64) -> f64 {
     let x = (b - a) / (1.0 + a * b);
     if x.abs() < 0.03 && a * b > -1.0 {
         let y = x * x;

@@ -90,9 +90,16 @@ pub fn adjust(
         Picture::Cube(p) => &mut p.to_mut().texels,
     };
 
+    // Is there anything to do? Most pictures are looked at once.
+    let look = |chunk: &[[f32; 3]]| {
+        chunk.as_flattened().iter().fold((false, false), |(bad, low), v| (bad | !v.is_finite(), low | (*v < 0.0)))
+    };
+    let either = |a: (bool, bool), b: (bool, bool)| (a.0 | b.0, a.1 | b.1);
+    let (has_bad, has_negative) = texels.par_chunks(CHUNK).map(look).reduce(|| (false, false), either);
+
     // What is not finite.
     let is_bad = |t: &[f32; 3]| !t.iter().all(|v| v.is_finite());
-    let bad = texels.par_iter().filter(|t| is_bad(t)).count();
+    let bad = if has_bad { texels.par_iter().filter(|t| is_bad(t)).count() } else { 0 };
     if bad > 0 && !wanted.repair {
         let first = texels.par_iter().position_first(is_bad).expect("one was counted");
         let what = format!("{bad} of its texels are infinite or not a number, the first at {}", place(first));
@@ -104,7 +111,8 @@ pub fn adjust(
     }
 
     // What is negative.
-    let (count, lowest) = texels
+    let negative = if has_negative { &mut texels[..] } else { &mut [] };
+    let (count, lowest) = negative
         .par_chunks_mut(CHUNK)
         .map(|chunk| {
             let (mut count, mut lowest) = (0, 0f32);

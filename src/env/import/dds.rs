@@ -96,17 +96,13 @@ pub fn read(job: &Job<'_>, file: Watched<'_, '_>) -> Result<CubeMap> {
     }
     let level = |m: u32| packing.size_bytes((size >> m).max(1), (size >> m).max(1));
     let stride: usize = (0..mips).map(level).sum();
-    let mut texels = Vec::with_capacity(6 * size as usize * size as usize);
-    for face in 0..6 {
-        let Some(bytes) = dds.data.get(face * stride..face * stride + level(0)) else {
-            return Err(
-                job.damaged("DDS", format!("it has {} bytes of texels instead of {}", dds.data.len(), 6 * stride))
-            );
-        };
-        packing.decode(size, size, bytes, &mut texels).map_err(|e| job.damaged("DDS", e))?;
-    }
     if dds.data.len() < 6 * stride {
-        return Err(job.damaged("DDS", "its last levels are missing"));
+        let what = format!("it has {} bytes of texels instead of {}", dds.data.len(), 6 * stride);
+        return Err(job.damaged("DDS", what));
+    }
+    let mut texels = Vec::with_capacity(6 * size as usize * size as usize);
+    for face in dds.data.chunks_exact(stride).take(6) {
+        packing.decode(size, size, &face[..level(0)], &mut texels).map_err(|e| job.damaged("DDS", e))?;
     }
     Ok(CubeMap { size, texels })
 }

@@ -14,6 +14,7 @@ use half::f16;
 use super::watched::Watched;
 use super::{Job, Plane};
 use crate::error::{Error, Result};
+use crate::format::DEFLATE_RATIO;
 
 const CONVERT: &str = "export the picture as plain RGB, e.g. `oiiotool in.exr --ch R,G,B -o out.exr`";
 
@@ -44,6 +45,7 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
         }
     };
 
+    let length = file.length();
     // Headers first: everything that can be refused is refused before texels are touched.
     let file = BufReader::with_capacity(1 << 18, file);
     let reader = exr::block::read(file, false).map_err(|e| refuse(job, None, e))?;
@@ -58,7 +60,8 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
         let what = format!("its data window is {}x{}, much larger than its display window", data.size.0, data.size.1);
         return Err(Error::input(job.path, what, "crop it, e.g. `oiiotool in.exr --fullpixels -o out.exr`"));
     }
-    let offset = [data.position.0 - display.position.0, data.position.1 - display.position.1].map(i64::from);
+    let [from, to] = [display.position, data.position].map(|p| [i64::from(p.0), i64::from(p.1)]);
+    let offset = [to[0] - from[0], to[1] - from[1]];
     if offset != [0, 0] || data.size != display.size {
         let at = |b: exr::meta::attribute::IntegerBounds| {
             format!("{}x{} at {},{}", b.size.0, b.size.1, b.position.0, b.position.1)
@@ -71,6 +74,10 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
         ));
     }
 
+    let texel_bytes = header.channels.bytes_per_pixel as u64;
+    job.plausible(texel_bytes.saturating_mul(data.size.area() as u64), length, best_ratio(header.compression))?;
+    // The rest of the display window is black and in no file, but takes memory.
+    job.plausible((width * height) as u64, length, DEFLATE_RATIO)?;
     let mut texels = vec![[0f32; 3]; width * height];
     let compression = Some(header.compression);
     let wanted = |_: &exr::meta::MetaData, _, block: exr::block::BlockIndex| {
@@ -204,6 +211,20 @@ fn choose(job: &mut Job<'_>, headers: &[Header]) -> Result<Choice> {
         return Err(Error::input(job.path, "its channels are not sampled at every texel", CONVERT));
     }
     Ok(found)
+}
+
+/// What a scheme makes of a byte at best.
+fn best_ratio(compression: ex::Compression) -> u64 {
+    use ex::Compression as C;
+    match compression {
+        C::Uncompressed => 1,
+        // Two bytes stand for a block of 64 texels of one colour, before deflate.
+        C::DWAA(_) | C::DWAB(_) => 64 * DEFLATE_RATIO,
+        // Three bytes of four, and then deflate.
+        C::PXR24 => 2 * DEFLATE_RATIO,
+        // The others stay below deflate's.
+        _ => DEFLATE_RATIO,
+    }
 }
 
 fn compression_name(compression: ex::Compression) -> &'static str {

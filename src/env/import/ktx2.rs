@@ -10,6 +10,7 @@ use super::watched::Watched;
 use super::{Color, Job};
 use crate::env::CubeMap;
 use crate::error::{Error, Result};
+use crate::format::{DEFLATE_RATIO, ZSTD_RATIO, unzstd};
 
 const CONVERT: &str = "write the cube as rgba16f, e.g. VK_FORMAT_R16G16B16A16_SFLOAT";
 
@@ -76,18 +77,15 @@ pub fn read(job: &Job<'_>, mut file: Watched<'_, '_>) -> Result<CubeMap> {
     let stored = stored.ok_or_else(|| job.damaged("KTX2", "its first level is longer than the file"))?;
     file.seek(SeekFrom::Start(level.byte_offset)).map_err(io)?;
     let level = file.take(stored as u64);
+    let ratio = match header.supercompression_scheme {
+        None => 1,
+        Some(SupercompressionScheme::Zstandard) => ZSTD_RATIO,
+        Some(_) => DEFLATE_RATIO,
+    };
+    job.plausible(wanted as u64, stored as u64, ratio)?;
     let bytes = match header.supercompression_scheme {
         None => collect(level, wanted),
-        Some(SupercompressionScheme::Zstandard) => match ruzstd::decoding::StreamingDecoder::new(level) {
-            Ok(decoder) => collect(decoder, wanted),
-            Err(e) => {
-                return Err(if state.is_cancelled() {
-                    Error::Cancelled
-                } else {
-                    job.damaged("KTX2 with Zstandard", e)
-                });
-            }
-        },
+        Some(SupercompressionScheme::Zstandard) => unzstd(level, wanted as u64),
         Some(SupercompressionScheme::ZLIB) => collect(flate2::read::ZlibDecoder::new(level), wanted),
         Some(other) => {
             return Err(Error::input(job.path, format!("its levels are supercompressed by {other:?}"), CONVERT));
@@ -105,9 +103,9 @@ pub fn read(job: &Job<'_>, mut file: Watched<'_, '_>) -> Result<CubeMap> {
 }
 
 /// At most `wanted` bytes, and one more where there are more.
-fn collect(from: impl Read, wanted: usize) -> std::io::Result<Vec<u8>> {
+fn collect(from: impl Read, wanted: usize) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::with_capacity(wanted);
-    from.take(wanted as u64 + 1).read_to_end(&mut bytes)?;
+    from.take(wanted as u64 + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
     Ok(bytes)
 }
 

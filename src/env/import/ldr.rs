@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::watched::Watched;
 use super::{Job, Plane};
 use crate::error::{Error, Result, nearest};
+use crate::format::DEFLATE_RATIO;
 
 /// What the integers of a picture mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,8 +56,9 @@ impl Color {
 }
 
 pub fn read_png(job: &Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
+    let length = file.length();
     let decoder = PngDecoder::new(BufReader::with_capacity(1 << 16, file)).map_err(|e| refuse(job, "PNG", e))?;
-    read(job, "PNG", decoder)
+    read(job, "PNG", decoder, length)
 }
 
 pub fn read_jpeg(job: &Job<'_>, mut file: Watched<'_, '_>) -> Result<Plane> {
@@ -69,8 +71,9 @@ pub fn read_jpeg(job: &Job<'_>, mut file: Watched<'_, '_>) -> Result<Plane> {
     if last(0xda).is_none_or(|scan| last(0xd9).is_none_or(|end| end < scan)) {
         return Err(job.damaged("JPEG", "its end is missing"));
     }
+    let length = bytes.len() as u64;
     let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|e| refuse(job, "JPEG", e))?;
-    read(job, "JPEG", decoder)
+    read(job, "JPEG", decoder, length)
 }
 
 fn refuse(job: &Job<'_>, format: &str, error: ImageError) -> Error {
@@ -84,9 +87,11 @@ fn refuse(job: &Job<'_>, format: &str, error: ImageError) -> Error {
     }
 }
 
-fn read(job: &Job<'_>, format: &str, decoder: impl ImageDecoder) -> Result<Plane> {
+fn read(job: &Job<'_>, format: &str, decoder: impl ImageDecoder, file_bytes: u64) -> Result<Plane> {
     let (width, height) = decoder.dimensions();
     (job.accept)(width, height)?;
+    // JPEG makes less of a byte: each of its blocks, 192 bytes of colour, takes two bits or more.
+    job.plausible(decoder.total_bytes(), file_bytes, DEFLATE_RATIO)?;
     let is_deep = decoder.color_type().bytes_per_pixel() / decoder.color_type().channel_count() == 2;
     let image = DynamicImage::from_decoder(decoder).map_err(|e| refuse(job, format, e))?;
     let color = job.options.color.unwrap_or(Color::Srgb);

@@ -31,6 +31,7 @@ pub use ldr::Color;
 
 use super::{CubeMap, Environment, FileAxes, Frame, Picture};
 use crate::error::{Error, Result};
+use crate::format::plausible;
 use crate::progress::OnProgress;
 use watched::Watched;
 
@@ -94,6 +95,12 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Refuses a picture that a file of this size cannot hold, before memory is taken for it. `bytes` are those of the
+    /// picture as the file's format holds it; `best_ratio` is what the format makes of a byte at best.
+    fn plausible(&self, bytes: u64, file_bytes: u64, best_ratio: u64) -> Result<()> {
+        plausible(self.path, Some(bytes), file_bytes, best_ratio)
+    }
+
     /// Refuses a colour encoding for a file that holds floats.
     fn refuse_color(&self) -> Result<()> {
         match self.options.color {

@@ -2,19 +2,16 @@
 //! RGTC and BPTC).
 //!
 //! `bc4` and `bc5` hold one and two channels over [0, 1] in 8 bytes each: two ends of 8 bits and 8 or 6 steps between
-//! them, encoded by the `dds` crate. `bc6h` holds three channels of unsigned halves in 16 bytes, encoded by
-//! `block_compression`, the algorithm of Intel's ISPC texture compressor in Rust. All are decoded by `bcdec_rs`: neither
-//! encoder's own idea of what it wrote.
+//! them, encoded by the `dds` crate. `bc6h` holds three channels of unsigned halves in 16 bytes, encoded by the module of
+//! that name. All are decoded by `bcdec_rs`: neither encoder's own idea of what it wrote.
 //!
 //! What a block loses depends on how its texels differ, so there is no bound but what is measured. A picture whose size is
 //! no multiple of 4 is filled up with its last column and row.
 
-use block_compression::encode::compress_rgba16;
-use block_compression::{BC6HSettings, CompressionVariant};
 use half::f16;
 use rayon::prelude::*;
 
-use super::{Effort, Pictures, Repr, float};
+use super::{Effort, Pictures, Repr, bc6h, float};
 
 /// Texels along a block's side.
 pub const SIDE: u32 = 4;
@@ -26,6 +23,8 @@ const TEXELS: usize = 16;
 pub fn encode(values: &[f32], channels: usize, pictures: Pictures, repr: Repr, effort: Effort) -> Vec<u8> {
     let columns = pictures.width.div_ceil(SIDE);
     let rows = pictures.height.div_ceil(SIDE);
+    let held = |v: f32| if v.is_nan() { 0.0 } else { v.clamp(0.0, float::HALF_MAX) };
+    let rms = root_mean_square(values.iter().map(|v| held(*v)));
     let of_row = |row: u32| {
         let (picture, y0) = (row / rows, row % rows * SIDE);
         let value = |x: u32, y: u32, c: usize| {
@@ -39,12 +38,14 @@ pub fn encode(values: &[f32], channels: usize, pictures: Pictures, repr: Repr, e
         };
         match repr {
             Repr::Bc6h => {
-                let texels = (0..SIDE).flat_map(|y| (0..width).map(move |x| (x, y)));
-                let halves: Vec<f16> = texels
-                    .flat_map(|(x, y)| [value(x, y, 0), value(x, y, 1), value(x, y, 2), 1.0])
-                    .map(|v| f16::from_f32(v.clamp(0.0, float::HALF_MAX)))
-                    .collect();
-                bc6h(&halves, width, effort)
+                let texel = |x: u32, y: u32| [0, 1, 2].map(|c| held(value(x, y, c)));
+                let block = |x0: u32| {
+                    let at = |t: usize| (SIDE * x0 + t as u32 % SIDE, t as u32 / SIDE);
+                    let is_inside = |(x, y): (u32, u32)| x < pictures.width && y0 + y < pictures.height;
+                    let inside = (0..TEXELS).map(|t| u16::from(is_inside(at(t))) << t).sum();
+                    bc6h::encode(&std::array::from_fn(|t| texel(at(t).0, at(t).1)), inside, rms, effort)
+                };
+                (0..columns).flat_map(block).collect()
             }
             Repr::Bc5 => {
                 let (red, green) = (bc4(&plane(0), width, effort), bc4(&plane(1), width, effort));
@@ -55,6 +56,12 @@ pub fn encode(values: &[f32], channels: usize, pictures: Pictures, repr: Repr, e
         }
     };
     (0..pictures.count * rows).into_par_iter().map(of_row).collect::<Vec<_>>().concat()
+}
+
+fn root_mean_square(values: impl ExactSizeIterator<Item = f32>) -> f32 {
+    let count = values.len().max(1) as f64;
+    let squares: f64 = values.map(|v| f64::from(v).powi(2)).sum();
+    (squares / count).sqrt() as f32
 }
 
 /// A row of blocks of one channel.
@@ -73,18 +80,6 @@ fn bc4(plane: &[f32], width: u32, effort: Effort) -> Vec<u8> {
     };
     let mut out = vec![];
     ::dds::encode(&mut out, view, ::dds::Format::BC4_UNORM, None, &options).expect("a vector takes what is written");
-    out
-}
-
-/// A row of blocks of red, green and blue. `halves` has a fourth component, which does not count.
-fn bc6h(halves: &[f16], width: u32, effort: Effort) -> Vec<u8> {
-    let variant = CompressionVariant::BC6H(match effort {
-        Effort::Fast => BC6HSettings::very_fast(),
-        Effort::Normal => BC6HSettings::basic(),
-        Effort::Slow => BC6HSettings::very_slow(),
-    });
-    let mut out = vec![0; variant.blocks_byte_size(width, SIDE)];
-    compress_rgba16(variant, halves, &mut out, width, SIDE, 4 * width);
     out
 }
 

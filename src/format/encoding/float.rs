@@ -1,30 +1,35 @@
 //! IEEE 754 halves and singles, little endian.
 
 use half::f16;
+use half::slice::HalfFloatSliceExt;
+use half::vec::HalfFloatVecExt;
 
 use super::{exp2i, exponent};
 
 /// The largest half float.
 pub const HALF_MAX: f32 = 65504.0;
 
+/// Many at once: processors convert eight halves in an instruction.
 pub fn encode_halves(components: &[f32], out: &mut Vec<u8>) {
-    components.iter().for_each(|v| out.extend(f16::from_f32(*v).to_le_bytes()));
+    let halves = Vec::<f16>::from_f32_slice(components);
+    let start = out.len();
+    out.resize(start + 2 * halves.len(), 0);
+    out[start..].as_chunks_mut().0.iter_mut().zip(halves).for_each(|(to, half)| *to = half.to_le_bytes());
 }
 
 pub fn encode_singles(components: &[f32], out: &mut Vec<u8>) {
     components.iter().for_each(|v| out.extend(v.to_le_bytes()));
 }
 
-pub fn decode_halves(texel: &[u8]) -> [f32; 4] {
-    let mut values = [0.0; 4];
-    values.iter_mut().zip(texel.as_chunks().0).for_each(|(to, b)| *to = f16::from_le_bytes(*b).to_f32());
-    values
+/// Components of any number of texels.
+pub fn decode_halves(bytes: &[u8]) -> Vec<f32> {
+    let halves: Vec<f16> = bytes.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b)).collect();
+    halves.to_f32_vec()
 }
 
-pub fn decode_singles(texel: &[u8]) -> [f32; 4] {
-    let mut values = [0.0; 4];
-    values.iter_mut().zip(texel.as_chunks().0).for_each(|(to, b)| *to = f32::from_le_bytes(*b));
-    values
+/// Components of any number of texels.
+pub fn decode_singles(bytes: &[u8]) -> Vec<f32> {
+    bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
 /// Half the distance of neighbouring halves: below 2^−14 they are subnormal, 2^−24 apart.

@@ -2,6 +2,7 @@
 //!
 //! A file a family: floats, integers, floats that share a word, colours with a range, blocks.
 
+mod bc6h;
 mod block;
 mod float;
 mod packed;
@@ -327,6 +328,9 @@ fn word(texel: &[u8]) -> u32 {
     texel.first_chunk().map_or(0, |b| u32::from_le_bytes(*b))
 }
 
+/// Texels that are converted together.
+const RUN: usize = 1 << 10;
+
 /// A level as bytes, little endian, rounded to nearest even. `values` holds `channels` a texel, picture by picture. Components
 /// beyond the channels hold 0, a fourth one 1; a value outside [`Repr::range`] becomes the nearest one inside, NaN stays
 /// NaN in floats and becomes 0 elsewhere.
@@ -339,20 +343,30 @@ pub fn encode(values: &[f32], channels: usize, pictures: Pictures, storage: impl
     let mut bytes = Vec::with_capacity(values.len() / channels * encoding.unit_bytes());
     let range = encoding.repr.range();
     let is_float = matches!(encoding.repr, Repr::F16 | Repr::F32);
-    let mut each = |put: &dyn Fn(&[f32], &mut Vec<u8>)| {
-        for texel in values.chunks_exact(channels) {
-            let mut padded = [0.0, 0.0, 0.0, 1.0];
-            padded[..channels].copy_from_slice(texel);
-            for v in &mut padded {
-                *v = if v.is_nan() && !is_float { 0.0 } else { v.clamp(*range.start(), *range.end()) };
+    let n = encoding.components;
+    // What fills a texel stays as it is from run to run.
+    let mut run = [0.0, 0.0, 0.0, 1.0][..n].repeat(RUN.min(values.len() / channels));
+    for texels in values.chunks(RUN * channels) {
+        let run = &mut run[..texels.len() / channels * n];
+        for (to, texel) in run.chunks_exact_mut(n).zip(texels.chunks_exact(channels)) {
+            for (to, v) in to.iter_mut().zip(texel) {
+                *to = if v.is_nan() && !is_float { 0.0 } else { v.clamp(*range.start(), *range.end()) };
             }
-            put(&padded[..encoding.components], &mut bytes);
         }
+        encode_run(run, encoding, &mut bytes);
+    }
+    Ok(bytes)
+}
+
+/// Texels of as many components as the encoding has, within its range.
+fn encode_run(run: &[f32], encoding: Encoding, bytes: &mut Vec<u8>) {
+    let mut each = |put: &dyn Fn(&[f32], &mut Vec<u8>)| {
+        run.chunks_exact(encoding.components).for_each(|texel| put(texel, bytes));
     };
     let rgb = |texel: &[f32]| [texel[0], texel[1], texel[2]];
     match encoding.repr {
-        Repr::F16 => each(&float::encode_halves),
-        Repr::F32 => each(&float::encode_singles),
+        Repr::F16 => float::encode_halves(run, bytes),
+        Repr::F32 => float::encode_singles(run, bytes),
         Repr::Unorm8 => each(&unorm::encode_bytes),
         Repr::Unorm16 => each(&unorm::encode_words),
         Repr::Unorm10 => each(&unorm::encode_ten),
@@ -362,9 +376,8 @@ pub fn encode(values: &[f32], channels: usize, pictures: Pictures, storage: impl
         Repr::Rgbd8 => each(&|texel, out| out.extend(Range::Rgbd.encode(rgb(texel)))),
         Repr::Rgbm8 => each(&|texel, out| out.extend(Range::Rgbm.encode(rgb(texel)))),
         Repr::Rgbp8 => each(&|texel, out| out.extend(Range::Rgbp.encode(rgb(texel)))),
-        Repr::Bc4 | Repr::Bc5 | Repr::Bc6h => unreachable!("blocks are encoded above"),
+        Repr::Bc4 | Repr::Bc5 | Repr::Bc6h => unreachable!("blocks are encoded by themselves"),
     }
-    Ok(bytes)
 }
 
 /// The first `channels` components of each texel: what [`encode`] wrote. A texel cut short at the end is left out.
@@ -373,10 +386,15 @@ pub fn decode(bytes: &[u8], channels: usize, pictures: Pictures, encoding: Encod
     if encoding.repr.is_blocks() {
         return block::decode(bytes, channels, pictures, encoding.repr);
     }
-    let mut values = Vec::with_capacity(bytes.len() / encoding.unit_bytes() * channels);
+    if channels == 0 {
+        return vec![];
+    }
+    let unit = encoding.unit_bytes();
+    let bytes = &bytes[..bytes.len() / unit * unit];
+    let mut values = vec![0.0; bytes.len() / unit * channels];
     let mut each = |get: &dyn Fn(&[u8]) -> [f32; 4]| {
-        for texel in bytes.chunks_exact(encoding.unit_bytes()) {
-            values.extend(&get(texel)[..channels]);
+        for (to, texel) in values.chunks_exact_mut(channels).zip(bytes.chunks_exact(unit)) {
+            to.copy_from_slice(&get(texel)[..channels]);
         }
     };
     let rgb = |of: &dyn Fn([u8; 4]) -> [f32; 3], texel: &[u8]| {
@@ -384,8 +402,15 @@ pub fn decode(bytes: &[u8], channels: usize, pictures: Pictures, encoding: Encod
         [r, g, b, 1.0]
     };
     match encoding.repr {
-        Repr::F16 => each(&float::decode_halves),
-        Repr::F32 => each(&float::decode_singles),
+        Repr::F16 | Repr::F32 => {
+            let get = if encoding.repr == Repr::F16 { float::decode_halves } else { float::decode_singles };
+            for (to, run) in values.chunks_mut(RUN * channels).zip(bytes.chunks(RUN * unit)) {
+                let components = get(run);
+                for (to, texel) in to.chunks_exact_mut(channels).zip(components.chunks_exact(encoding.components)) {
+                    to.copy_from_slice(&texel[..channels]);
+                }
+            }
+        }
         Repr::Unorm8 => each(&unorm::decode_bytes),
         Repr::Unorm16 => each(&unorm::decode_words),
         Repr::Unorm10 => each(&unorm::decode_ten),
@@ -400,51 +425,107 @@ pub fn decode(bytes: &[u8], channels: usize, pictures: Pictures, encoding: Encod
     values
 }
 
-/// What an encoding did to the values of a texture. Values that were clamped are left out.
+/// What an encoding did to values. Those that were clamped are left out.
+///
+/// Two measures say how much is lost on the whole. `rms_rel` is the root of what renderers call the relative mean squared
+/// error (Rousselle, Knaus, Zwicker 2011): it counts every component in proportion to itself. `rms` is the
+/// normalised root mean square error, in which the brightest texels decide.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rounding {
+pub struct Loss {
     /// The largest difference between a value and what is stored.
     pub max_abs: f64,
     /// The largest difference relative to the value, over values of at least 2⁻¹⁴: the smallest normal half float.
     /// Below it halves are evenly spaced, and the ratio only tells how near to 0 a value happens to lie.
     pub max_rel: f64,
-    /// Root mean square of the differences, over that of the values, in the level where it is largest.
+    /// Root mean square of the differences over that of the values: √(Σ (stored − value)² / Σ value²).
     pub rms: f64,
-    /// Root mean square of the differences relative to their values, over values of at least 2⁻¹⁴, in the level where it
-    /// is largest.
+    /// Root mean square of the differences relative to their values, over values of at least 2⁻¹⁴:
+    /// √(mean ((stored − value) / value)²) over texels and channels.
     pub rms_rel: f64,
+}
+
+/// What an encoding did to the values of a texture. Values that were clamped are left out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rounding {
+    /// Each figure of the level where it is largest.
+    pub most: Loss,
+    /// Level by level.
+    pub levels: Vec<Loss>,
+    /// Of all texels of the levels after the first, which a filter made smooth; `None` of a single level.
+    pub filtered: Option<Loss>,
     /// Values outside [`Repr::range`], stored as its nearest end.
     pub clamped: usize,
+}
+
+/// The sums behind a [`Loss`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Losses {
+    max_abs: f64,
+    max_rel: f64,
+    squares: f64,
+    squared_values: f64,
+    squared_ratios: f64,
+    ratios: f64,
+}
+
+impl Losses {
+    fn count(&mut self, value: f32, stored: f32) {
+        let (value, error) = (f64::from(value.abs()), (f64::from(stored) - f64::from(value)).abs());
+        self.max_abs = self.max_abs.max(error);
+        self.squares += error * error;
+        self.squared_values += value * value;
+        if value >= f16::MIN_POSITIVE.to_f64() {
+            self.max_rel = self.max_rel.max(error / value);
+            self.squared_ratios += (error / value).powi(2);
+            self.ratios += 1.0;
+        }
+    }
+
+    fn and(self, other: Losses) -> Losses {
+        Losses {
+            max_abs: self.max_abs.max(other.max_abs),
+            max_rel: self.max_rel.max(other.max_rel),
+            squares: self.squares + other.squares,
+            squared_values: self.squared_values + other.squared_values,
+            squared_ratios: self.squared_ratios + other.squared_ratios,
+            ratios: self.ratios + other.ratios,
+        }
+    }
+
+    fn loss(self) -> Loss {
+        let root = |sum: f64, over: f64| if over > 0.0 { (sum / over).sqrt() } else { 0.0 };
+        Loss {
+            max_abs: self.max_abs,
+            max_rel: self.max_rel,
+            rms: root(self.squares, self.squared_values),
+            rms_rel: root(self.squared_ratios, self.ratios),
+        }
+    }
 }
 
 impl Rounding {
     /// Compares, level by level, what is stored with what was to be stored.
     pub(super) fn between(texture: &Texture, repr: Repr, stored: &[Vec<f32>]) -> Rounding {
         let range = repr.range();
-        let mut report = Rounding::default();
-        for (level, stored) in texture.levels.iter().zip(stored) {
-            let (mut squares, mut values2, mut relative2, mut relatives) = (0.0, 0.0, 0.0, 0);
+        let mut clamped = 0;
+        let mut of_level = |(level, stored): (&Vec<f32>, &Vec<f32>)| {
+            let mut losses = Losses::default();
             for (&value, &stored) in level.iter().zip(stored) {
-                if !range.contains(&value) {
-                    report.clamped += 1;
-                    continue;
-                }
-                let (value, error) = (f64::from(value.abs()), (f64::from(stored) - f64::from(value)).abs());
-                report.max_abs = report.max_abs.max(error);
-                squares += error * error;
-                values2 += value * value;
-                if value >= f16::MIN_POSITIVE.to_f64() {
-                    report.max_rel = report.max_rel.max(error / value);
-                    relative2 += (error / value).powi(2);
-                    relatives += 1;
-                }
+                if range.contains(&value) { losses.count(value, stored) } else { clamped += 1 }
             }
-            if values2 > 0.0 {
-                report.rms = report.rms.max((squares / values2).sqrt());
-                report.rms_rel = report.rms_rel.max((relative2 / f64::from(relatives.max(1))).sqrt());
-            }
-        }
-        report
+            losses
+        };
+        let losses: Vec<Losses> = texture.levels.iter().zip(stored).map(&mut of_level).collect();
+        let levels: Vec<Loss> = losses.iter().map(|level| level.loss()).collect();
+        let largest = |of: fn(&Loss) -> f64| levels.iter().map(of).fold(0.0, f64::max);
+        let most = Loss {
+            max_abs: largest(|l| l.max_abs),
+            max_rel: largest(|l| l.max_rel),
+            rms: largest(|l| l.rms),
+            rms_rel: largest(|l| l.rms_rel),
+        };
+        let filtered = losses.iter().skip(1).copied().reduce(Losses::and).map(Losses::loss);
+        Rounding { most, levels, filtered, clamped }
     }
 }
 
@@ -607,10 +688,33 @@ mod tests {
         let tie = 1.0 + 1.0 / 2048.0;
         let report = rounding(&table(vec![0.5, tie, 70000.0, 65504.0]), by_name("r16f")).unwrap();
         let tie = f64::from(tie);
-        assert_eq!((report.max_abs, report.max_rel, report.clamped), (1.0 / 2048.0, 1.0 / 2048.0 / tie, 1));
+        let most = report.most;
+        assert_eq!((most.max_abs, most.max_rel, report.clamped), (1.0 / 2048.0, 1.0 / 2048.0 / tie, 1));
         let squares = 0.25 + tie * tie + 65504.0 * 65504.0;
-        assert_eq!(report.rms, (1.0 / 2048.0 / 2048.0 / squares).sqrt());
-        assert_eq!(report.rms_rel, ((1.0 / 2048.0 / tie).powi(2) / 3.0).sqrt());
-        assert_eq!(rounding(&table(vec![0.1, 1e30]), by_name("r32f")).unwrap(), Rounding::default());
+        assert_eq!(most.rms, (1.0 / 2048.0 / 2048.0 / squares).sqrt());
+        assert_eq!(most.rms_rel, ((1.0 / 2048.0 / tie).powi(2) / 3.0).sqrt());
+        assert_eq!((report.levels, report.filtered), (vec![most], None));
+        let exact = rounding(&table(vec![0.1, 1e30]), by_name("r32f")).unwrap();
+        assert_eq!((exact.most, exact.clamped), (Loss::default(), 0));
+    }
+
+    #[test]
+    fn filtered_levels_count_by_their_texels() {
+        let halves = by_name("r16f");
+        // Level 0 of 2 × 2 texels is exact; of level 1, one texel, the half is off by a known share.
+        let off = 1.0 + 1.0 / 4096.0;
+        let texture = Texture {
+            shape: Shape::Cube,
+            width: 2,
+            height: 2,
+            channels: vec!["a".into()],
+            levels: vec![vec![1.0; 24], vec![1.0, 1.0, 1.0, off, off, 1.0]],
+            meta: Meta::default(),
+        };
+        let report = rounding(&texture, halves).unwrap();
+        let share = (f64::from(off) - 1.0) / f64::from(off);
+        let filtered = report.filtered.unwrap();
+        assert_eq!(filtered.rms_rel, (2.0 * share * share / 6.0).sqrt());
+        assert_eq!((report.levels[0], report.levels[1], report.most), (Loss::default(), filtered, filtered));
     }
 }

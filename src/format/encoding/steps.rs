@@ -13,6 +13,11 @@ const RELATIVE_RMS: &str = "encoding.error.relative.rms";
 /// The key of the root mean square of the differences over that of the values, of the level where it is largest.
 const RMS: &str = "encoding.error.rms";
 
+/// The two root mean squares once more, of all levels after the first together.
+const FILTERED_RELATIVE_RMS: &str = "encoding.error.filtered.relative.rms";
+/// See [`FILTERED_RELATIVE_RMS`].
+const FILTERED_RMS: &str = "encoding.error.filtered.rms";
+
 /// A sample of a level's texels, some of them its brightest, may have this many times the level's root mean square.
 const SAMPLE: f64 = 4.0;
 
@@ -65,10 +70,14 @@ impl Steps {
     pub fn state(rounding: &Rounding, meta: &mut Meta) {
         // Rounded up in the last digit, so that the statement is a bound.
         let bound = |x: f64| format!("{:.2e}", x * 1.005);
-        meta.set(ABSOLUTE, bound(rounding.max_abs));
-        meta.set(RELATIVE, bound(rounding.max_rel));
-        meta.set(RELATIVE_RMS, bound(rounding.rms_rel));
-        meta.set(RMS, bound(rounding.rms));
+        meta.set(ABSOLUTE, bound(rounding.most.max_abs));
+        meta.set(RELATIVE, bound(rounding.most.max_rel));
+        meta.set(RELATIVE_RMS, bound(rounding.most.rms_rel));
+        meta.set(RMS, bound(rounding.most.rms));
+        if let Some(filtered) = rounding.filtered {
+            meta.set(FILTERED_RELATIVE_RMS, bound(filtered.rms_rel));
+            meta.set(FILTERED_RMS, bound(filtered.rms));
+        }
     }
 
     /// The largest error that storing can have made near `value`, in a texel whose largest component is `largest`.

@@ -7,10 +7,11 @@ pub static CONDUCTOR: Term = Term {
     name: "conductor",
     about: "exact conductor, unpolarised, from eta and k of red, green and blue (--eta-k, --material)",
     source: "Fresnel's equations with a complex index; Born, Wolf 1999, Principles of Optics, section 14.2",
-    file: "conductor",
+    file: Some("conductor"),
     weights,
     kink: None,
     azimuth: Some(14),
+    breaks: None,
 };
 
 /// 1 and the reflectance of red, green and blue. GLSL twin `shaders/term/fresnel/conductor.glsl`.

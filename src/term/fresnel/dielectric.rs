@@ -7,10 +7,11 @@ pub static DIELECTRIC: Term = Term {
     name: "dielectric",
     about: "exact dielectric, unpolarised, from its refractive index (--ior); below 1 seen from inside, see 'internal'",
     source: "Fresnel's equations; Walter, Marschner, Li, Torrance 2007, Eq. 22",
-    file: "dielectric",
+    file: Some("dielectric"),
     weights,
     kink: None,
     azimuth: Some(14),
+    breaks: None,
 };
 
 /// 1 and the reflectance. GLSL twin `shaders/term/fresnel/dielectric.glsl`.

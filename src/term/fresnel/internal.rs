@@ -7,10 +7,11 @@ pub static INTERNAL: Term = Term {
     name: "internal",
     about: "exact dielectric seen from inside (--ior below 1), total internal reflection included",
     source: "Fresnel's equations; Walter, Marschner, Li, Torrance 2007, Eq. 22",
-    file: "internal",
+    file: Some("internal"),
     weights,
     kink: Some(|optics| critical(optics.eta[0])),
     azimuth: Some(14),
+    breaks: None,
 };
 
 /// 1 and the reflectance. GLSL twin `shaders/term/fresnel/internal.glsl`.

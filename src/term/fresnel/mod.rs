@@ -1,4 +1,5 @@
-//! Fresnel terms, one file each; the GLSL twin of `term/fresnel/x.rs` is `shaders/term/fresnel/x.glsl`.
+//! Fresnel terms, one file each; the GLSL twin of `term/fresnel/x.rs` is `shaders/term/fresnel/x.glsl`. Terms that only the
+//! ring rule ([`crate::rule::rings`]) takes live in Rust alone: there the host evaluates them.
 //!
 //! A bake integrates the BRDF with F replaced by up to four *weights* at once, functions of v·h alone. The first weight is
 //! always 1, so that the first integral is the directional albedo with F = 1; the others are what the term splits
@@ -6,8 +7,11 @@
 
 pub mod conductor;
 pub mod dielectric;
+pub mod film;
 pub mod internal;
 pub mod one;
+pub mod power;
+pub mod rescaled;
 pub mod schlick;
 
 use std::fmt;
@@ -28,8 +32,8 @@ pub struct Term {
     pub about: &'static str,
     /// Paper and equation.
     pub source: &'static str,
-    /// Stem of its two files.
-    pub file: &'static str,
+    /// Stem of its two files; `None` where no shader evaluates it.
+    pub file: Option<&'static str>,
     /// The weights at cosine v·h in [0, 1].
     pub weights: fn(v_dot_h: f64, optics: &Optics) -> Weights,
     /// Cosine v·h at which they are not smooth; an integration splits there.
@@ -37,6 +41,9 @@ pub struct Term {
     /// Azimuth nodes a panel of the h-split rule, crowded at the panel's end, where the geometry term's will not do; the
     /// GLSL twin says the same as `FRESNEL_AZIMUTH_NODES`.
     pub azimuth: Option<usize>,
+    /// Cosines v·h at which the panels of the ring rule end, for a term that no shader evaluates: where the weights have a
+    /// kink, or change within less than a panel.
+    pub breaks: Option<fn(optics: &Optics) -> Vec<f64>>,
 }
 
 /// Optical constants of what is below the surface, relative to what is above it, for red, green and blue.
@@ -47,6 +54,8 @@ pub struct Optics {
     pub eta: [f64; 3],
     /// Extinction coefficient, for conductors.
     pub k: [f64; 3],
+    /// What else a term needs: Schlick's F0 where it is given, an exponent, an index that is rescaled, index and thickness in nm of a film. No shader reads it.
+    pub given: [f64; 2],
 }
 
 /// A Fresnel term with the optical constants that it needs.
@@ -59,17 +68,47 @@ pub struct Fresnel {
 }
 
 /// Every Fresnel term, in the order of their documentation.
-pub static TERMS: &[&Term] =
-    &[&one::ONE, &schlick::SCHLICK, &dielectric::DIELECTRIC, &internal::INTERNAL, &conductor::CONDUCTOR];
+pub static TERMS: &[&Term] = &[
+    &one::ONE,
+    &schlick::SCHLICK,
+    &dielectric::DIELECTRIC,
+    &internal::INTERNAL,
+    &conductor::CONDUCTOR,
+    &power::POWER,
+    &rescaled::RESCALED,
+    &film::FILM,
+];
+
+impl Optics {
+    /// Those of a term that needs none.
+    pub const NONE: Optics = Optics { eta: [0.0; 3], k: [0.0; 3], given: [0.0; 2] };
+}
 
 /// Refractive indices, relative to the other side, that are baked.
 pub const IOR_RANGE: [f64; 2] = [0.2, 5.0];
 
 impl Fresnel {
     /// F = 1.
-    pub const ONE: Fresnel = Fresnel { term: &one::ONE, optics: Optics { eta: [0.0; 3], k: [0.0; 3] } };
+    pub const ONE: Fresnel = Fresnel { term: &one::ONE, optics: Optics::NONE };
     /// Schlick's split.
-    pub const SCHLICK: Fresnel = Fresnel { term: &schlick::SCHLICK, optics: Optics { eta: [0.0; 3], k: [0.0; 3] } };
+    pub const SCHLICK: Fresnel = Fresnel { term: &schlick::SCHLICK, optics: Optics::NONE };
+
+    /// Schlick's term of common glass.
+    pub const GLASS: Fresnel =
+        Fresnel { term: &schlick::SCHLICK, optics: Optics { given: [0.04, 0.0], ..Optics::NONE } };
+
+    /// Schlick's term at a reflectance at normal incidence.
+    pub fn schlick(f0: f64) -> Result<Fresnel> {
+        if !(0.0..=1.0).contains(&f0) {
+            return Err(Error::usage(format!("an F0 of {f0} is no reflectance"), "give a number from 0 to 1"));
+        }
+        Ok(Fresnel { optics: Optics { given: [f0, 0.0], ..Optics::NONE }, ..Fresnel::SCHLICK })
+    }
+
+    /// F0 of Schlick's term; 0 where a shader completes the split.
+    pub fn f0(&self) -> f64 {
+        if std::ptr::eq(self.term, &schlick::SCHLICK) { self.optics.given[0] } else { 0.0 }
+    }
 
     /// A dielectric of refractive index `ior` over the index of the medium that light comes from: above 1 seen from
     /// outside, below 1 from inside.
@@ -85,9 +124,9 @@ impl Fresnel {
     }
 
     /// A dielectric interface of any index, 1 for none included.
-    pub(crate) fn interface(ior: f64) -> Fresnel {
+    pub fn interface(ior: f64) -> Fresnel {
         let term = if ior < 1.0 { &internal::INTERNAL } else { &dielectric::DIELECTRIC };
-        Fresnel { term, optics: Optics { eta: [ior; 3], k: [0.0; 3] } }
+        Fresnel { term, optics: Optics { eta: [ior; 3], ..Optics::NONE } }
     }
 
     /// A conductor of refractive index `eta` and extinction coefficient `k` for red, green and blue.
@@ -105,7 +144,59 @@ impl Fresnel {
                 "give its k, or bake a dielectric with --ior",
             ));
         }
-        Ok(Fresnel { term: &conductor::CONDUCTOR, optics: Optics { eta, k } })
+        Ok(Fresnel { term: &conductor::CONDUCTOR, optics: Optics { eta, k, ..Optics::NONE } })
+    }
+
+    /// The weight of F90 in a generalised Schlick term, (1 − v·h) to this power; infinite for none.
+    pub fn power(exponent: f64) -> Result<Fresnel> {
+        if exponent.is_nan() || exponent < 0.01 {
+            return Err(Error::usage(
+                format!("an exponent of {exponent} cannot be baked"),
+                "give a number of at least 0.01; Schlick's own is 5",
+            ));
+        }
+        Ok(Fresnel { term: &power::POWER, optics: Optics { given: [exponent, 0.0], ..Optics::NONE } })
+    }
+
+    /// The same weight from the exact reflectance of a dielectric of refractive index `ior`, at least 1.
+    pub fn rescaled(ior: f64) -> Result<Fresnel> {
+        if !(1.0..=1000.0).contains(&ior) {
+            return Err(Error::usage(
+                format!("the reflectance of a refractive index of {ior} cannot be rescaled"),
+                "give an index from 1 to 1000, as seen from outside",
+            ));
+        }
+        Ok(Fresnel { term: &rescaled::RESCALED, optics: Optics { given: [ior, 0.0], ..Optics::NONE } })
+    }
+
+    /// A film of refractive index `ior` and a thickness in nm on a base that this is the term of: a dielectric from outside, or
+    /// none ([`Fresnel::interface`] of 1: a bubble), or a conductor.
+    pub fn film(base: Fresnel, ior: f64, nm: f64) -> Result<Fresnel> {
+        if !["dielectric", "conductor"].contains(&base.term.name) {
+            return Err(Error::usage(
+                format!("a film lies on a dielectric or a metal, not on the Fresnel term '{base}'"),
+                "give its base with --ior of at least 1, --eta-k or --material",
+            ));
+        }
+        Fresnel::on_base(base.optics.eta, base.optics.k, ior, nm)
+    }
+
+    fn on_base(eta: [f64; 3], k: [f64; 3], ior: f64, nm: f64) -> Result<Fresnel> {
+        let [least, most] = film::FILM_IOR;
+        if !(least..=most).contains(&ior) {
+            return Err(Error::usage(
+                format!("a film of refractive index {ior} cannot be baked"),
+                format!("give a number from {least} to {most}"),
+            ));
+        }
+        let [least, most] = film::FILM_NM;
+        if !(least..=most).contains(&nm) {
+            return Err(Error::usage(
+                format!("a film of {nm} nm cannot be baked"),
+                format!("give a thickness from {least} to {most} nm; beyond, interference has no colour left"),
+            ));
+        }
+        Ok(Fresnel { term: &film::FILM, optics: Optics { eta, k, given: [ior, nm] } })
     }
 
     /// The term that its canonical text, as [`fmt::Display`] writes it, describes.
@@ -120,8 +211,15 @@ impl Fresnel {
         match name {
             "one" if list.is_empty() => Ok(Fresnel::ONE),
             "schlick" if list.is_empty() => Ok(Fresnel::SCHLICK),
+            "schlick" => Fresnel::schlick(*numbers("f0")?.first().ok_or_else(bad)?),
             "dielectric" => Fresnel::dielectric(*numbers("ior")?.first().ok_or_else(bad)?),
             "conductor" => Fresnel::conductor(three("eta")?, three("k")?),
+            "power" => Fresnel::power(*numbers("exponent")?.first().ok_or_else(bad)?),
+            "rescaled" => Fresnel::rescaled(*numbers("ior")?.first().ok_or_else(bad)?),
+            "film" => {
+                let one = |key: &str| numbers(key)?.first().copied().ok_or_else(bad);
+                Fresnel::on_base(three("eta")?, three("k")?, one("ior")?, one("nm")?)
+            }
             _ => Err(bad()),
         }
     }
@@ -129,6 +227,12 @@ impl Fresnel {
     /// It is that of a given material, not a split that a shader completes.
     pub fn is_exact(&self) -> bool {
         self.optics.eta[0] != 0.0
+    }
+
+    /// The same with a film of another thickness.
+    pub(crate) fn with_film_nm(self, nm: f64) -> Fresnel {
+        let [ior, _] = self.optics.given;
+        Fresnel { optics: Optics { given: [ior, nm], ..self.optics }, ..self }
     }
 
     /// The weights at cosine v·h.
@@ -140,17 +244,26 @@ impl Fresnel {
     pub fn kink(&self) -> Option<f64> {
         self.term.kink.map(|kink| kink(&self.optics))
     }
+
+    /// Cosines v·h at which the panels of the ring rule end.
+    pub fn breaks(&self) -> Vec<f64> {
+        self.term.breaks.map_or(vec![], |breaks| breaks(&self.optics))
+    }
 }
 
 /// The canonical text, which [`Fresnel::parse`] reads back.
 impl fmt::Display for Fresnel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Optics { eta, k } = self.optics;
+        let Optics { eta, k, given } = self.optics;
         let list = |x: [f64; 3]| x.map(|x| x.to_string()).join("/");
         match self.term.name {
             // Outside and inside are one term to a user: the index tells them apart.
             "dielectric" | "internal" => write!(f, "dielectric:ior={}", eta[0]),
             "conductor" => write!(f, "conductor:eta={},k={}", list(eta), list(k)),
+            "schlick" if given[0] != 0.0 => write!(f, "schlick:f0={}", given[0]),
+            "film" => write!(f, "film:ior={},nm={},eta={},k={}", given[0], given[1], list(eta), list(k)),
+            "power" => write!(f, "power:exponent={}", given[0]),
+            "rescaled" => write!(f, "rescaled:ior={}", given[0]),
             name => f.write_str(name),
         }
     }
@@ -160,21 +273,34 @@ impl fmt::Display for Fresnel {
 mod tests {
     use super::*;
 
+    const EVERY: [&str; 10] = [
+        "one",
+        "schlick",
+        "dielectric:ior=1.5",
+        "dielectric:ior=0.5",
+        "conductor:eta=0.2/1/1.5,k=3/2.5/2",
+        "schlick:f0=0.04",
+        "power:exponent=0.5",
+        "power:exponent=inf",
+        "rescaled:ior=1.5",
+        "film:ior=1.33,nm=400,eta=1.5/1.5/1.5,k=0/0/0",
+    ];
+
     #[test]
     fn text_is_parsed_and_printed_canonically() {
-        for text in ["one", "schlick", "dielectric:ior=1.5", "dielectric:ior=0.5", "conductor:eta=0.2/1/1.5,k=3/2.5/2"]
-        {
+        for text in EVERY {
             assert_eq!(Fresnel::parse(text).unwrap().to_string(), text);
         }
-        for text in ["", "schlick:ior=1", "dielectric", "dielectric:ior=1", "dielectric:ior=x", "conductor:eta=1,k=2"] {
+        for text in
+            ["", "schlick:ior=1", "dielectric", "dielectric:ior=1", "dielectric:ior=x", "conductor:eta=1,k=2", "power"]
+        {
             assert!(Fresnel::parse(text).is_err(), "{text}");
         }
     }
 
     #[test]
     fn first_weight_is_one() {
-        for text in ["one", "schlick", "dielectric:ior=1.5", "dielectric:ior=0.5", "conductor:eta=0.2/1/1.5,k=3/2.5/2"]
-        {
+        for text in EVERY {
             let fresnel = Fresnel::parse(text).unwrap();
             for c in [0.0, 0.3, 1.0] {
                 assert_eq!(fresnel.weights(c)[0], 1.0, "{text}");

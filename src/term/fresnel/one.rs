@@ -7,10 +7,11 @@ pub static ONE: Term = Term {
     name: "one",
     about: "F = 1: what the distribution and the geometry term alone keep",
     source: "Kulla, Conty 2017, Revisiting Physically Based Shading at Imageworks",
-    file: "one",
+    file: Some("one"),
     weights,
     kink: None,
     azimuth: None,
+    breaks: None,
 };
 
 /// 1 alone. GLSL twin `shaders/term/fresnel/one.glsl`.

@@ -7,10 +7,11 @@ pub static SCHLICK: Term = Term {
     name: "schlick",
     about: "Schlick's split, F0 (1 - w) + F90 w with w = (1 - v.h)^5, and the F82 tint's v.h (1 - v.h)^6",
     source: "Schlick 1994, Eq. 15; Kutz, Hasan, Edmondson 2021, Novel Aspects of the Adobe Standard Material",
-    file: "schlick",
+    file: Some("schlick"),
     weights,
     kink: None,
     azimuth: None,
+    breaks: None,
 };
 
 /// 1, the weight of F90 and the weight of the tint, c (1 − c)⁶. GLSL twin `shaders/term/fresnel/schlick.glsl`.

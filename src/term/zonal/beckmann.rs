@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal};
+use super::{BEYOND, Peak, Zonal};
 use crate::quadrature::gauss_legendre::gauss_legendre;
 use crate::term::fainter::fainter;
 
@@ -23,6 +23,7 @@ pub static BECKMANN: Zonal = Zonal {
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
     sharp_horizon: false,
+    beyond: BEYOND,
     brightness: 1.0,
     least_alpha: Some(0.001),
 };

@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal};
+use super::{BEYOND, Peak, Zonal};
 use crate::term::fainter::fainter;
 
 /// See the module.
@@ -22,6 +22,7 @@ pub static BLINN_PHONG: Zonal = Zonal {
     scale: |alpha| 2.0 * alpha,
     peak: Peak::Axis,
     sharp_horizon: false,
+    beyond: BEYOND,
     brightness: 1.0,
     least_alpha: Some(0.001),
 };

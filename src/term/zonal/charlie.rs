@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal};
+use super::{BEYOND, Peak, Zonal};
 use crate::term::fainter::fainter;
 
 /// See the module.
@@ -23,6 +23,7 @@ pub static CHARLIE: Zonal = Zonal {
     scale: |alpha| 1.0 / (0.5 / alpha + 1.0),
     peak: Peak::Horizon,
     sharp_horizon: true,
+    beyond: BEYOND,
     brightness: 4.0,
     least_alpha: Some(0.004),
 };

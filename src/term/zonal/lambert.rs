@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Peak, Zonal};
+use super::{BEYOND, Peak, Zonal};
 
 /// See the module.
 pub static LAMBERT: Zonal = Zonal {
@@ -21,6 +21,7 @@ pub static LAMBERT: Zonal = Zonal {
     scale: |_| 1.0,
     peak: Peak::Axis,
     sharp_horizon: true,
+    beyond: BEYOND,
     brightness: 1.0,
     least_alpha: None,
 };

@@ -60,11 +60,17 @@ pub struct Zonal {
     /// K falls so steeply to the horizon that a node there must know its own reach in the axis's direction; a mean over
     /// directions serves the others. The GLSL file's `SHARP_HORIZON`.
     pub sharp_horizon: bool,
+    /// What a node adds to v for its spread alone, over the square of it. 1/80 is the spread's own part of ½ Var h in an
+    /// evenly lit square; more stands for orders that `over_node` leaves out. The GLSL file's `BEYOND`.
+    pub beyond: f64,
     /// How much further than for others bright nodes are cut: a light at a kink shows more of the error.
     pub brightness: f64,
     /// Least alpha that is filtered within the stated error; `None` where K does not depend on alpha.
     pub least_alpha: Option<f64>,
 }
+
+/// [`Zonal::beyond`] of kernels whose mean over a node ends with the second order.
+const BEYOND: f64 = 1.0 / 16.0;
 
 impl Zonal {
     /// Stem of the GLSL file.

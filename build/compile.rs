@@ -9,35 +9,24 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-#[path = "src/quadrature"]
-#[allow(dead_code, reason = "the library uses the rest")]
-mod quadrature {
-    pub mod gauss_legendre;
-}
-#[path = "src/rule/azimuth_nodes.rs"]
-mod azimuth_nodes;
-#[path = "src/rule/cone_nodes.rs"]
-#[allow(dead_code, reason = "the library uses the rest")]
-mod cone_nodes;
+use shader_compiler as shaderc;
+
+use crate::{azimuth_nodes, cone_nodes};
 
 /// What `#include <slot>` may stand for.
 const SLOTS: [(&str, &str); 4] =
     [("ndf", "ndf"), ("visibility", "term/visibility"), ("fresnel", "term/fresnel"), ("zonal", "term/zonal")];
 
-fn main() {
+/// The name and the words of every shader.
+pub fn shaders() -> Vec<(String, Vec<u8>)> {
     let root = PathBuf::from("shaders");
-    println!("cargo::rerun-if-changed=shaders");
-    for shared in ["src/quadrature/gauss_legendre.rs", "src/rule/azimuth_nodes.rs", "src/rule/cone_nodes.rs"] {
-        println!("cargo::rerun-if-changed={shared}");
-    }
     let generated = BTreeMap::from([("cone_nodes", cone_nodes_glsl()), ("azimuth_nodes", azimuth_nodes_glsl())]);
     let compiler = shaderc::Compiler::new().expect("shaderc starts");
     let mut sources = vec![];
     collect(&root, "comp", &mut sources);
     sources.sort();
 
-    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    let mut rust = String::from("/// Every compiled shader by name.\npub static SHADERS: &[(&str, &[u8])] = &[\n");
+    let mut compiled = vec![];
     for source in &sources {
         let text = read(source);
         let name = source.strip_prefix(&root).expect("under shaders").with_extension("");
@@ -70,13 +59,10 @@ fn main() {
         };
         for (name, chosen) in variants.into_iter().filter(|(_, chosen)| asked(chosen)) {
             let bytes = compile(&compiler, &root, source, &text, &chosen, &generated);
-            let file = format!("{}.spv", name.replace('/', "-"));
-            std::fs::write(out.join(&file), bytes).expect("OUT_DIR is writable");
-            writeln!(rust, "    ({name:?}, include_bytes!({file:?})),").expect("writing to a string");
+            compiled.push((name, bytes));
         }
     }
-    rust.push_str("];\n");
-    std::fs::write(out.join("shaders.rs"), rust).expect("OUT_DIR is writable");
+    compiled
 }
 
 fn compile(
