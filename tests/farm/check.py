@@ -113,6 +113,27 @@ def descendants(process):
     return found
 
 
+def check_cancel():
+    """A task that is cancelled ends long before the farm would kill it, and leaves nothing."""
+    folder = STUDIO / "cancelled"
+    folder.mkdir()
+    (folder / "long.toml").write_text('[[bake]]\ntable = "split-sum"\nsize = 4096\noutput = "out.ktx2"\n')
+    subprocess.run([PROGRAM, "run", "long.toml", "--emit-openjd", "job.yaml"], cwd=folder, check=True)
+    command = [OPENJD, "run", "job.yaml", "--step", "Bake", "-p", f"Program={PROGRAM}", "-p", "Device=cpu"]
+    log = STUDIO / "cancelled.log"
+    with open(log, "w") as out:
+        session = subprocess.Popen(command, cwd=folder, stdout=out, stderr=out)
+        while "openjd_status: item 1" not in log.read_text() and session.poll() is None:
+            time.sleep(0.05)
+        start = time.monotonic()
+        session.send_signal(signal.SIGINT)
+        code = session.wait()
+    took = time.monotonic() - start
+    said = "error: cancelled" in log.read_text() and "exited with code: 130" in log.read_text()
+    check(code != 0 and said and took < 8, f"a cancelled task ended after {took:.1f} s, with the session")
+    check(sorted(p.name for p in folder.iterdir()) == ["job.yaml", "long.toml"], "it left no file")
+
+
 def main():
     STUDIO.mkdir(parents=True)
     write_probes()
@@ -179,6 +200,8 @@ def main():
         slurm = {"ID": index + 1, "MIN": 1, "STEP": 1, "COUNT": 3}
         bake("-o", "shares", "--shard", "auto", **{f"SLURM_ARRAY_TASK_{key}": str(n) for key, n in slurm.items()})
     check(content(STUDIO / "shares") == wanted, "three shares come to the same bytes")
+
+    check_cancel()
 
 
 main()
