@@ -11,11 +11,11 @@ seconds=${1:-60}
 [ $# -eq 0 ] || shift
 [ $# -gt 0 ] || set -- ktx2 exr hdr png dds ktx env npy json source picture environment
 
-cargo +nightly fuzz build
+cargo +nightly fuzz build -O
 for target in "$@"; do
     found=fuzz/target/corpus/$target
     mkdir -p "$found"
     printf '\n== %s\n' "$target"
-    cargo +nightly fuzz run "$target" "$found" "fuzz/corpus/$target" -- \
+    cargo +nightly fuzz run -O "$target" "$found" "fuzz/corpus/$target" -- \
         -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=1024 -max_len=65536 -print_final_stats=1
 done
