@@ -1,4 +1,5 @@
-//! Quadrature rules that bakes are made of. The GLSL twin of `rule/x.rs` is `shaders/rule/x.glsl`.
+//! Quadrature rules that bakes are made of. The GLSL twin of `rule/x.rs` is `shaders/rule/x.glsl`; fits to a
+//! whole lobe have none, they run on the processor.
 
 pub mod azimuth_nodes;
 pub mod cone;
