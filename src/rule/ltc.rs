@@ -252,6 +252,8 @@ fn round(objective: &Objective<'_>, wide: f64) -> Fit {
         let Local { value, gradient: g, hessian: h } = objective.local(&all(p));
         Local { value, gradient: [g[0] + g[1]], hessian: [[h[0][0] + h[1][1] + 2.0 * h[1][0]]] }
     };
-    let found = newton([wide], |p| objective.value(&all(p)), local, |_| [0.5]);
+    // A ring of light, as upright facets send back along the normal, may have two widths that fit.
+    let ends = [wide, 0.0, 0.7, 1.4].map(|start| newton([start], |p| objective.value(&all(p)), local, |_| [0.5]));
+    let found = ends.into_iter().min_by(|a, b| a.value.total_cmp(&b.value)).expect("four ends");
     Fit { inverse: objective.inverse(&all(&found.at)), cubed: found.value, converged: found.converged }
 }

@@ -1,5 +1,5 @@
-//! Quadrature rules that bakes are made of. The GLSL twin of `rule/x.rs` is `shaders/rule/x.glsl`, that
-//! of the expansion, which is a kernel, `shaders/bake/expansion.comp`.
+//! Quadrature rules that bakes are made of. The GLSL twin of `rule/x.rs` is `shaders/rule/x.glsl`, that of the expansion, which
+//! is a kernel, `shaders/bake/expansion.comp`; fits to a whole lobe have none, they run on the processor.
 
 pub mod azimuth_nodes;
 pub mod cone;
