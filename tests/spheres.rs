@@ -196,14 +196,18 @@ fn more_half_vectors_change_little() {
     let sky = sky();
     let model = model("smith");
     let maps = maps(&(&sky).into(), &model);
-    let scene = Scene::grid((40, 40), [2, 2], AXES, Sphere { roughness: 0.5, ..GOLD }).expect("valid");
-    let draw = |half_vectors| {
-        let preview = Preview { half_vectors, ..Preview::new(scene.clone(), model) };
-        preview.render(Method::Reference, &maps, &Backend::Cpu, &mut ignore).expect("drawn")
-    };
-    let found = rms(&draw(2048), &draw(7680));
-    println!("2048 against 7680 half vectors: {found:.1e}");
-    assert!(found < 0.02, "{found}");
+    // Sphere by sphere: mirrors need no half vectors, and in a sum their sun would hide all else.
+    for (roughness, bound) in [(0.25, 0.02), (0.5, 0.07), (1.0, 0.06)] {
+        let sphere = Sphere { roughness, ..GOLD };
+        let scene = Scene::grid((20, 20), [1, 1], [None; 2], sphere).expect("valid");
+        let draw = |half_vectors| {
+            let preview = Preview { half_vectors, ..Preview::new(scene.clone(), model) };
+            preview.render(Method::Reference, &maps, &Backend::Cpu, &mut ignore).expect("drawn")
+        };
+        let found = draw(2048).differences(&draw(7680), &scene)[0].rms;
+        println!("roughness {roughness}, 2048 against 7680 half vectors: {found:.1e}");
+        assert!(found < bound, "{found}");
+    }
 }
 
 /// The mirror of a room whose walls have six colours shows each where it is.
@@ -340,7 +344,7 @@ fn conventions_of_files_are_honoured() {
         let request = TableRequest { axes: list(&axes), points, flip_v, row_shift, channels, ..plain.clone() };
         let found = rms(&draw(&cube, &request, Frame::IDENTITY), &expected);
         println!("{axes:?}: {found:.1e}");
-        assert!(found < 6e-4, "{axes:?}: {found}");
+        assert!(found < 5.5e-4, "{axes:?}: {found}");
     }
     // A quarter of a turn carries texels to texels.
     let turned = Environment { frame: Frame::new(false, [0.0, 90.0, 0.0]), ..environment.borrowed() };
