@@ -16,6 +16,7 @@
 
 use std::cell::RefCell;
 use std::f64::consts::PI;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Optics, Term, Weights};
 use crate::material::observer::SAMPLES;
@@ -62,21 +63,33 @@ struct Series {
     coefficients: Vec<[f64; 3]>,
 }
 
+/// The series of the last film: all threads of a slice ask for the same one.
+static LAST: Mutex<Option<Arc<Series>>> = Mutex::new(None);
+
 thread_local! {
-    /// The series of the last film of each thread: a slice asks for the same one.
-    static LAST: RefCell<Option<Series>> = const { RefCell::new(None) };
+    /// What a thread last had from there.
+    static OF_THREAD: RefCell<Option<Arc<Series>>> = const { RefCell::new(None) };
 }
 
 /// 1 and the reflectance of red, green and blue. Host only.
 pub fn weights(v_dot_h: f64, optics: &Optics) -> Weights {
-    LAST.with_borrow_mut(|last| {
+    OF_THREAD.with_borrow_mut(|last| {
         let series = match last {
             Some(series) if series.of == *optics => series,
-            _ => last.insert(Series::new(optics)),
+            _ => last.insert(shared(optics)),
         };
         let [r, g, b] = series.at(v_dot_h);
         [1.0, r, g, b]
     })
+}
+
+/// The series that all threads share, made by the first that asks.
+fn shared(optics: &Optics) -> Arc<Series> {
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*last {
+        Some(series) if series.of == *optics => series.clone(),
+        _ => last.insert(Arc::new(Series::new(optics))).clone(),
+    }
 }
 
 impl Series {
@@ -141,16 +154,20 @@ impl Spectra {
         let cos_film = (1.0 - (1.0 - c) * (1.0 + c) / (ior * ior)).sqrt();
         let phase_nm = 4.0 * PI * ior * nm * cos_film;
         let mut rgb = [0.0; 3];
-        for channel in 0..3 {
-            for (film, base) in interfaces(c, cos_film, ior, eta[channel], k[channel]) {
+        // A base without colour is the same for all channels.
+        let plain = eta == [eta[0]; 3] && k == [k[0]; 3];
+        let groups: &[&[usize]] = if plain { &[&[0, 1, 2]] } else { &[&[0], &[1], &[2]] };
+        for group in groups {
+            let first = group[0];
+            for (film, base) in interfaces(c, cos_film, ior, eta[first], k[first]) {
                 let (rho, shift) = (base[0].hypot(base[1]), base[1].atan2(base[0]));
                 let (mean, swing) = (1.0 + film * film * rho * rho, 2.0 * film * rho);
                 let lost = (1.0 - film) * (1.0 + film) * (1.0 - rho) * (1.0 + rho);
                 // Both polarisations alike.
-                let of_wavelength = |(inverse_nm, weight): &(f64, [f64; 3])| {
-                    0.5 * weight[channel] * (1.0 - lost / (mean + swing * (phase_nm * inverse_nm + shift).cos()))
-                };
-                rgb[channel] += self.of_fringes(film.abs() * rho).iter().map(of_wavelength).sum::<f64>();
+                for (inverse_nm, weight) in self.of_fringes(film.abs() * rho) {
+                    let r = 0.5 - 0.5 * lost / (mean + swing * (phase_nm * inverse_nm + shift).cos());
+                    group.iter().for_each(|i| rgb[*i] += weight[*i] * r);
+                }
             }
         }
         rgb
