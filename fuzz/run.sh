@@ -9,7 +9,7 @@ set -eu
 cd "$(dirname "$0")/.."
 seconds=${1:-60}
 [ $# -eq 0 ] || shift
-[ $# -gt 0 ] || set -- ktx2 exr hdr png dds ktx env npy json source picture environment
+[ $# -gt 0 ] || set -- ktx2 exr hdr png dds ktx env npy json source picture environment recipe
 
 cargo +nightly fuzz build -O
 for target in "$@"; do

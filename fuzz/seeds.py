@@ -205,5 +205,34 @@ manifest = {
     "specular": {"mipmaps": [place] * (6 * levels)},
 }
 put("env", "shared.env", bytes.fromhex("86168796f6d69636") + json.dumps(manifest).encode() + b"\0" + picture)
+
+# Recipes: as people write them, everything in a line, and deeper than any value may be.
+put(
+    "recipe",
+    "studio.toml",
+    b"""output = "baked"
+
+[[bake]]
+table = "split-sum"
+for = ["bevy", "three"]
+size = 0x40
+
+[[env]]
+input = ["probes/**/*.exr", "sky.hdr"]
+output = "{folder}/{name}.ktx2"
+exposure = -1.5e0
+mirror = true
+""",
+)
+put(
+    "recipe",
+    "inline.toml",
+    """bake = [{ table = "albedo", "output" = 'a.exr' }]
+env = [{ input = \"\"\"é
+\"\"\", rotate-xyz = [0, 90.0, inf] }] # end
+""".encode(),
+)
+put("recipe", "deep.toml", b"[[env]]\na = " + b"[" * 40 + b"]" * 40 + b"\nb.c.d = 1979-05-27T07:32:00Z\n")
+
 size = sum(path.stat().st_size for path in corpus.rglob("*") if path.is_file())
 print(f"{sum(1 for p in corpus.rglob('*') if p.is_file())} files, {size} bytes")

@@ -11,6 +11,7 @@ use brdf_baker::env::import::{self, Options};
 use brdf_baker::format::picture::Picture;
 use brdf_baker::format::{self, Steps, harmonics};
 use brdf_baker::progress::ignore;
+use brdf_baker::recipe::Recipe;
 use brdf_baker::target;
 use brdf_baker::verify::certificate::Certificate;
 
@@ -23,7 +24,7 @@ pub struct Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 12] = [
+pub const TARGETS: [Target; 13] = [
     Target { name: "ktx2", run: |bytes| file("ktx2", bytes) },
     Target { name: "exr", run: |bytes| file("exr", bytes) },
     Target { name: "hdr", run: |bytes| file("hdr", bytes) },
@@ -37,6 +38,7 @@ pub const TARGETS: [Target; 12] = [
     Target { name: "source", run: |bytes| ["rs", "c", "h", "js", "ts", "py"].map(|e| file(e, bytes)).contains(&true) },
     Target { name: "picture", run: picture },
     Target { name: "environment", run: environment },
+    Target { name: "recipe", run: recipe },
 ];
 
 /// How many bytes of memory a reader may hold for a byte of the file, on top of [`ALLOWANCE`].
@@ -49,6 +51,8 @@ pub fn multiple(target: &str, bytes: &[u8]) -> usize {
     let ratio = match target {
         _ if is_zstd => 32768,
         "dds" | "ktx" | "npy" | "source" | "json" | "ktx2" => 1,
+        // A number of a list, two letters, is a value with its place, and then a text.
+        "recipe" => 8,
         "hdr" => 64,
         _ => 1032,
     };
@@ -84,6 +88,12 @@ fn picture(bytes: &[u8]) -> bool {
     let Ok(picture) = Picture::parse(Path::new("hostile"), bytes) else { return false };
     let _ = picture.texel(picture.width - 1, picture.height - 1);
     true
+}
+
+/// As `run` reads a recipe, up to where it looks for files.
+fn recipe(bytes: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(bytes) else { return false };
+    Recipe::parse(Path::new("hostile"), text).is_ok()
 }
 
 /// As `env` reads an environment. The file lies in memory where the system has such a folder.

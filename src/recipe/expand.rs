@@ -110,12 +110,15 @@ impl Entry {
         Ok(found.into_iter().flat_map(each).collect())
     }
 
-    /// Does one of its patterns find this path, so that what is written would be read the next time?
-    pub fn picks_up(&self, recipe: &Recipe, path: &Path) -> bool {
-        let Some(key) = self.key("input").filter(|_| self.kind == Kind::Env) else { return false };
-        key.value.texts().iter().filter(|text| text.contains(WILD)).any(|text| {
-            Pattern::new(&pattern(recipe, text)).is_ok_and(|pattern| pattern.matches_path_with(&normal(path), MATCH))
-        })
+    /// The first of these paths that one of its patterns finds: what is written there would be read the next time.
+    pub fn picks_up<'a>(&self, recipe: &Recipe, mut paths: impl Iterator<Item = &'a PathBuf>) -> Option<&'a PathBuf> {
+        let key = self.key("input").filter(|_| self.kind == Kind::Env)?;
+        let wild = key.value.texts().into_iter().filter(|text| text.contains(WILD));
+        let patterns: Vec<Pattern> = wild.filter_map(|text| Pattern::new(&pattern(recipe, &text)).ok()).collect();
+        if patterns.is_empty() {
+            return None;
+        }
+        paths.find(|path| patterns.iter().any(|pattern| pattern.matches_path_with(&normal(path), MATCH)))
     }
 
     /// The inputs that a text stands for, relative to the recipe, each with its folder.
@@ -201,8 +204,9 @@ mod tests {
         assert_eq!(filled(last, "{target}/{folder}/{name}.ktx2").unwrap(), "three/x/y/c.ktx2");
         assert_eq!(filled(&found[0], "{folder}/{name}.ktx2").unwrap(), "b.ktx2");
         assert!(filled(last, "{nam}").unwrap_err().help().starts_with("did you mean 'name'?"));
-        assert!(recipe.entries[0].picks_up(&recipe, &here.join("p/z/out.exr")));
-        assert!(!recipe.entries[0].picks_up(&recipe, &here.join("out/p/z.exr")));
+        let written = [here.join("out/p/z.exr"), here.join("p/z/out.exr")];
+        assert_eq!(recipe.entries[0].picks_up(&recipe, written.iter()), Some(&written[1]));
+        assert_eq!(recipe.entries[0].picks_up(&recipe, written[..1].iter()), None);
     }
 
     #[test]

@@ -162,7 +162,7 @@ impl Recipe {
 
     /// Reads the text of the file at `path`, which says what paths are relative to.
     pub fn parse(path: &Path, text: &str) -> Result<Recipe> {
-        let reader = Reader { path, text };
+        let reader = Reader::new(path, text);
         let root = DeTable::parse(text).map_err(|e| {
             let place = reader.place(&e.span().unwrap_or_default());
             reader.wrong(place, e.message().lines().next().unwrap_or_default(), "a recipe is a TOML file")
@@ -230,14 +230,27 @@ fn folder_of(path: &Path) -> &Path {
 /// A text that is being read.
 struct Reader<'a> {
     path: &'a Path,
-    text: &'a str,
+    /// Of each byte, and of the end: looked up for every key, where counting would take the square of the text's length.
+    places: Vec<Place>,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    fn new(path: &'a Path, text: &str) -> Self {
+        let mut places = Vec::with_capacity(text.len() + 1);
+        let mut at = Place { line: 1, column: 1 };
+        for c in text.chars() {
+            places.extend(std::iter::repeat_n(at, c.len_utf8()));
+            at = match c {
+                '\n' => Place { line: at.line + 1, column: 1 },
+                _ => Place { column: at.column + 1, ..at },
+            };
+        }
+        places.push(at);
+        Reader { path, places }
+    }
+
     fn place(&self, span: &Range<usize>) -> Place {
-        let before = self.text.get(..span.start).unwrap_or(self.text);
-        let line = before.rsplit('\n').next().unwrap_or_default();
-        Place { line: 1 + before.matches('\n').count(), column: 1 + line.chars().count() }
+        self.places[span.start.min(self.places.len() - 1)]
     }
 
     fn wrong(&self, place: Place, what: &str, help: &str) -> Error {
@@ -337,6 +350,16 @@ mod tests {
         let error = recipe.entries[0].check_keys(&recipe, &["input", "roughness-law"]).unwrap_err();
         assert!(error.to_string().ends_with("line 3, column 1: unknown key 'rougness-law' of [[env]]"), "{error}");
         assert!(error.help().starts_with("did you mean 'roughness-law'?"));
+    }
+
+    #[test]
+    fn long_texts_take_no_longer_than_their_length() {
+        let keys = |count: usize| (0..count).map(|i| format!("k{i} = 1\n")).collect::<String>();
+        for text in ["[[env]]\n".repeat(100_000), format!("[[env]]\n{}", keys(80_000))] {
+            let start = std::time::Instant::now();
+            parse(&text).unwrap();
+            assert!(start.elapsed().as_secs() < 10, "{:?} for {} bytes", start.elapsed(), text.len());
+        }
     }
 
     #[test]

@@ -144,11 +144,12 @@ impl Refusal {
 pub fn items(recipe: &Recipe) -> Result<Vec<Item>> {
     let mut items: Vec<Item> = vec![];
     let mut writers: BTreeMap<PathBuf, usize> = BTreeMap::new();
+    let commands = Kind::ALL.map(keys::command);
     for (index, entry) in recipe.entries.iter().enumerate() {
-        let command = keys::command(entry.kind);
-        entry.check_keys(recipe, &keys::names(&command))?;
+        let command = &commands[entry.kind as usize];
+        entry.check_keys(recipe, &keys::names(command))?;
         for expansion in entry.expand(recipe)? {
-            let mut item = item(recipe, index, &expansion, &command, items.len() + 1, &writers)
+            let mut item = item(recipe, index, &expansion, command, items.len() + 1, &writers)
                 .map_err(|refusal| refusal.explain(recipe, entry))?;
             item.root = item.needs().map_or(item.number, |number| items[number - 1].root);
             for output in &item.outputs {
@@ -163,7 +164,7 @@ pub fn items(recipe: &Recipe) -> Result<Vec<Item>> {
         }
     }
     for entry in &recipe.entries {
-        if let Some(output) = writers.keys().find(|output| entry.picks_up(recipe, output)) {
+        if let Some(output) = entry.picks_up(recipe, writers.keys()) {
             let what = format!("its pattern would find '{}', which the recipe writes", output.display());
             return Err(recipe.wrong(entry.place, &what, "write into a folder where the pattern does not look"));
         }

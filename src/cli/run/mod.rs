@@ -271,11 +271,9 @@ impl Run<'_> {
     /// The plan in a few lines: what each entry comes to.
     fn kinds(&self, chosen: &[&Item]) -> String {
         let mut text = String::new();
-        for (index, entry) in self.recipe.entries.iter().enumerate() {
-            let count = chosen.iter().filter(|item| item.entry == index).count();
-            if count == 0 {
-                continue;
-            }
+        let mut counts = vec![0; self.recipe.entries.len()];
+        chosen.iter().for_each(|item| counts[item.entry] += 1);
+        for (entry, count) in self.recipe.entries.iter().zip(counts).filter(|(_, count)| *count > 0) {
             let subject = entry.key(entry.kind.subject()).map(|key| key.value.texts().join(", ")).unwrap_or_default();
             let targets = entry.key("for").map(|key| format!(" for {}", key.value.texts().join(", ")));
             let (line, kind) = (entry.place.line, entry.kind.name());
