@@ -121,8 +121,8 @@ impl Format for Npy {
 /// The longest description of an array that is read. Plain arrays have 118 bytes.
 const MAX_HEADER_BYTES: usize = 4096;
 
-/// Refuses a description that is longer than the file, or nested deeper than an array's: the crate would take the memory, or
-/// go as deep as the brackets do.
+/// Refuses a description that is longer than the file, nested deeper than an array's, or of more numbers than can be counted:
+/// the crate would take the memory, go as deep as the brackets do, and multiply beyond 64 bits.
 fn check_header(bytes: &[u8]) -> Result<(), &'static str> {
     let cut = "it ends too early";
     let (start, length) = match bytes.get(6).ok_or(cut)? {
@@ -136,6 +136,13 @@ fn check_header(bytes: &[u8]) -> Result<(), &'static str> {
     // The dictionary and the tuple of sizes.
     if header.iter().filter(|b| b"([{".contains(b)).count() > 2 {
         return Err("its description is none of an array of numbers");
+    }
+    let sizes = header.split(|b| b"([".contains(b)).nth(1).and_then(|rest| rest.split(|b| b")]".contains(b)).next());
+    let sizes = std::str::from_utf8(sizes.unwrap_or_default()).map_err(|_| "its description is not text")?;
+    let mut count = 1_u64;
+    for size in sizes.split(',').map(str::trim).filter(|size| !size.is_empty()) {
+        let size: u64 = size.parse().map_err(|_| "its sizes are no numbers of 64 bits")?;
+        count = count.checked_mul(size.max(1)).ok_or("its sizes are too large")?;
     }
     Ok(())
 }
