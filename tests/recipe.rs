@@ -5,6 +5,7 @@ mod common;
 use std::path::Path;
 use std::process::Command;
 
+use brdf_baker::target;
 use common::program::{command, environment, fails, files, on_any_device, succeeds};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -221,6 +222,29 @@ fn mistakes_are_refused_before_any_work_with_their_place() {
             assert!(stdout.is_empty(), "{recipe}: {stdout}");
         }
         assert_eq!(files(here), before, "{recipe} left a file");
+    }
+}
+
+#[test]
+fn a_set_is_every_table_of_its_engines() {
+    let folder = TempDir::new().expect("a folder");
+    let here = folder.path();
+    let plan = |output: &str| {
+        let recipe = format!("[[bake]]\ntable = \"set\"\nfor = [\"blender\", \"filament\"]\n{output}");
+        std::fs::write(here.join("recipe.toml"), recipe).expect("writable");
+        succeeds(&mut run(here, &["--dry-run"]))
+    };
+    let tables = |name: &str| target::parse(name).expect(name).tables;
+    for output in ["", "output = \"{target}\"\n"] {
+        let plan = plan(output);
+        for (engine, preset) in
+            ["blender", "filament"].iter().flat_map(|name| tables(name).iter().map(move |p| (name, p)))
+        {
+            let stem = preset.stem;
+            let line = format!("bake {stem} for {engine} -> {engine}/{stem}.{}", preset.extension);
+            assert!(plan.contains(&line), "'{line}' is not in: {plan}");
+        }
+        assert_eq!(plan.lines().count(), tables("blender").len() + tables("filament").len() + 1, "{plan}");
     }
 }
 

@@ -7,11 +7,16 @@ use glob::{MatchOptions, Pattern};
 use super::{Entry, Key, Kind, Recipe};
 use crate::env::import;
 use crate::error::{Error, Result, nearest};
+use crate::target;
 
 /// What a path to write may hold: the input's name without extension (of a table its name), the folder between a pattern's
 /// fixed part and the file that it found, and the engine.
 pub const PLACEHOLDERS: [&str; 3] = ["name", "folder", "target"];
 
+/// All tables of an engine, where a table is named.
+const SET: &str = "set";
+/// The keys that go with it.
+const OF_SET: [&str; 3] = ["table", "for", "output"];
 /// The characters that make a path a pattern.
 const WILD: [char; 3] = ['*', '?', '['];
 /// `*` stays within a folder and finds no hidden file.
@@ -31,6 +36,8 @@ pub struct Expansion {
     pub target: Option<String>,
     /// The entry names more engines than one.
     pub has_rivals: bool,
+    /// Of a table of an engine's set, its file in the folder that `output` then names.
+    pub file: Option<String>,
 }
 
 impl Expansion {
@@ -93,6 +100,9 @@ impl Entry {
                 found.into_iter().map(|(path, folder)| (Some(path.clone()), import::stem(&path), folder)).collect()
             }
         };
+        if self.kind == Kind::Bake && found[0].1 == SET {
+            return self.set(recipe, key);
+        }
         let targets: Vec<Option<String>> = match self.key("for") {
             None => vec![None],
             Some(key) => key.value.texts().into_iter().map(Some).collect(),
@@ -105,9 +115,39 @@ impl Entry {
                 folder: folder.clone(),
                 target: target.clone(),
                 has_rivals,
+                file: None,
             })
         };
         Ok(found.into_iter().flat_map(each).collect())
+    }
+
+    /// Every table of its engines.
+    fn set(&self, recipe: &Recipe, table: &Key) -> Result<Vec<Expansion>> {
+        let Some(engines) = self.key("for") else {
+            return Err(recipe.wrong(table.place, "a set is that of an engine", "add the key 'for'"));
+        };
+        if let Some(key) = self.keys.iter().find(|key| !OF_SET.contains(&key.name.as_str())) {
+            let what = format!("'{}' does not go with a set, whose tables are as its engine takes them", key.name);
+            return Err(recipe.wrong(key.place, &what, "write a [[bake]] for the table that should differ"));
+        }
+        let names = engines.value.texts();
+        let mut found = vec![];
+        for name in &names {
+            let target = target::parse(name).map_err(|e| recipe.wrong(engines.place, &e.to_string(), e.help()))?;
+            if target.tables.is_empty() {
+                let what = format!("{name} takes no tables: it computes its own");
+                return Err(recipe.wrong(engines.place, &what, "leave it out"));
+            }
+            found.extend(target.tables.iter().map(|preset| Expansion {
+                input: None,
+                name: preset.stem.into(),
+                folder: PathBuf::new(),
+                target: Some(name.clone()),
+                has_rivals: names.len() > 1,
+                file: Some(format!("{}.{}", preset.stem, preset.extension)),
+            }));
+        }
+        Ok(found)
     }
 
     /// The first of these paths that one of its patterns finds: what is written there would be read the next time.
@@ -217,6 +257,9 @@ mod tests {
             ("[[env]]\ninput = '*.exr'\n", "line 2, column 1: '*.exr' finds no file"),
             ("[[env]]\ninput = '***.exr'\n", "'***.exr' is no pattern"),
             ("[[bake]]\ntable = ['a', 'b']\n", "'table' is a list"),
+            ("[[bake]]\ntable = 'set'\n", "line 2, column 1: a set is that of an engine"),
+            ("[[bake]]\ntable = 'set'\nfor = 'blendr'\n", "line 3, column 1: unknown target 'blendr'"),
+            ("[[bake]]\ntable = 'set'\nfor = 'blender'\nsize = 8\n", "line 4, column 1: 'size' does not go with a set"),
         ] {
             let recipe = recipe(here, text);
             let error = recipe.entries[0].expand(&recipe).expect_err(text);

@@ -68,6 +68,7 @@ impl CommandLine {
             let text = match (key.name.as_str(), &expansion.input, &expansion.target) {
                 ("input", Some(input), _) => input.to_string_lossy().into_owned(),
                 ("for", _, Some(target)) => target.clone(),
+                ("table", ..) => expansion.name.clone(),
                 _ => joined(argument, key),
             };
             if let ArgAction::SetTrue = argument.get_action() {
@@ -83,7 +84,8 @@ impl CommandLine {
                 continue;
             }
             let value: OsString = if OUTPUTS.contains(&key.name.as_str()) {
-                let filled = expansion.fill(recipe, key, &text)?;
+                let mut filled = expansion.fill(recipe, key, &text)?;
+                filled.extend(&expansion.file);
                 line.parameters.push(format!("{}={}", key.name, filled.display()));
                 normal(&recipe.output.join(filled)).into()
             } else {
