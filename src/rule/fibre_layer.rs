@@ -120,9 +120,9 @@ mod tests {
     #[test]
     fn fitted_numbers_are_met_and_joined_smoothly() {
         for (k, pair) in FITTED.iter().enumerate() {
-            for i in 0..2 {
+            for (i, fitted) in pair.iter().enumerate() {
                 let (before, after) = (between(0.1 * k as f64 - 1e-9, i), between(0.1 * k as f64 + 1e-9, i));
-                assert!((before - pair[i]).abs() < 1e-6 && (after - pair[i]).abs() < 1e-6, "{k} {i}");
+                assert!((before - fitted).abs() < 1e-6 && (after - fitted).abs() < 1e-6, "{k} {i}");
             }
         }
     }

@@ -45,7 +45,7 @@ pub fn fit_error(model: &Model, at: At, inverse: &Inverse, tolerance: f64) -> Es
         let f = 0.25 * d * (model.visibility.g_over_n_dot_v)(&directions);
         [(f - fitted).abs().powi(3), f.powi(3)]
     };
-    let once = |tolerance: f64| over_sphere(at.n_dot_v, lobe.peak, tolerance, &cubes);
+    let once = |tolerance: f64| over_sphere(at.n_dot_v, lobe.peak, tolerance, cubes);
 
     // The cubes have any size: a first look scales the second, whose result says how well a root is known.
     let mut asked = 1e-3 * once(f64::INFINITY).value[1];
