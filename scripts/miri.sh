@@ -10,4 +10,4 @@ cd "$(dirname "$0")/.."
 export MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-ignore-leaks"
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}/miri"
 cargo +nightly miri test --locked --lib -- \
-    format::encoding format::hdr format::fingerprint env::import::packed env::import::layout axis term::trig error texture
+    format::encoding::rgbe format::encoding::packed format::encoding::range format::fingerprint env::import::packed axis error texture
