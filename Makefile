@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Shortcuts around cargo. `make setup` gets what cargo cannot; after it plain
 # cargo commands work too.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Puts the SPIR-V of every shader into the library.
 //!
 //! With the feature `compile-shaders`, which every build of the checkout has, shaderc compiles it from `shaders/`.

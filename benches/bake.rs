@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! CPU seconds of whole processes (user + system, all threads: a shared machine's wall clock says little), with the error
 //! that the bake itself measured. `cargo bench` prints a table; `cargo bench -- --json` one object a line.
 

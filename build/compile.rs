@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Compiles every `shaders/**/*.comp` to SPIR-V and writes the tables of constants that shaders and Rust share.
 //!
 //! `#include "x.glsl"` reads `shaders/x.glsl`. `#include <ndf>`, `<visibility>`, `<fresnel>` and `<zonal>` stand for one file

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! SPIR-V that was compiled before.
 
 use std::path::Path;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A step of an asset pipeline: filters every environment of a folder that is newer than its cube, and bakes the table that
 //! an engine's own BRDF needs.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Draws a split-sum table and the mips of a prefiltered cube as one PNG.
 //!
 //! `cargo run --release --example contact_sheet -- dfg.ktx2 environment.ktx2 picture.png`

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Compares the table of linearly transformed cosines with the published one, texel by texel and by the same measure.
 //!
 //! `cargo run --release --example ltc_published -- ltc_1.npy ltc_2.npy`, where both are the 64 × 64 × 4 single floats of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Reads the environments that tests/readers/write.py wrote with other programs' libraries, and compares texels.
 //!
 //! Usage: read_inputs FOLDER

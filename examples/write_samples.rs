@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Writes a file of each format, shape and encoding with known values, and `values.json` beside them: what a reader must
 //! find.
 //!

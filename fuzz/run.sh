@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Fuzzes every reader for so many seconds each, with a limit of memory and of time for one file.
 #
 #   fuzz/run.sh [SECONDS [TARGET...]]     default: 60 seconds of each

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Makes the corpus: small files of every kind that is read, and files that claim more than they hold.
 
 Usage: python3 fuzz/seeds.py SAMPLES. SAMPLES is the folder that `cargo run --release --example write_samples` wrote; needs

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What is fed with bytes that nobody vouches for: every reader, and what the program does with a file before it works on it.
 //!
 //! cargo-fuzz drives them (`fuzz_targets/`), and `tests/hostile.rs` replays the corpus and small changes of it.

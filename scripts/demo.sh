@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Bakes a split-sum table, an albedo table and an environment, verifies all three, and draws them and what they light.
 set -eu
 cd "$(dirname "$0")/.."

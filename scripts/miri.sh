@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Runs under Miri, which finds undefined behaviour, what neither talks to Vulkan nor takes hours when it is interpreted: the
 # readers and writers of texels, the arithmetic of terms, the axes.
 #

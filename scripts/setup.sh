@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Installs what brdf-baker needs besides Rust: a Vulkan loader, a Vulkan driver
 # (Mesa's CPU driver serves where there is no graphics card), Vulkan's
 # validation layers, a C++ compiler and the shader compiler "shaderc".

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Puts the licence into the first line of every source file, as REUSE and SPDX tools look for it.
 #
 #   scripts/spdx.sh           add the line where it is missing

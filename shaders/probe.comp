@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // Evaluates one shared function at many inputs, so that the host can compare it with its Rust twin.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // Evaluates a Fresnel term's functions at many inputs, so that the host can compare them with their Rust twins.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! From a request to a file in one call, for the asset pipeline of an engine: what `brdf-baker bake` and `brdf-baker env` do.
 //!
 //! ```no_run

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Index ↔ coordinate along one side of a table: the only place that knows where a texel's value is taken.
 
 use std::f64::consts::FRAC_PI_2;

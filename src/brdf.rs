@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A microfacet BRDF at one width, evaluated for a pair of directions: what curves and pictures are made of.
 
 use crate::ndf::{Lobe, Ndf};

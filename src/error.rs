@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! One error type, sorted by who can act on it.
 
 use std::path::{Path, PathBuf};

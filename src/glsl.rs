@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! GLSL compiled at run time, for what a user writes. Needs the feature `glsl`, which links shaderc into the program; without
 //! it [`compile`] says so.
 

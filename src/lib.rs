@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bakes the lookup tables of physically based shading by deterministic quadrature: the right number in every texel, its
 //! error stated in the file.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Command line of brdf-baker: arguments → request → run → exit code.
 
 mod cli;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The one channel for progress and cancellation.
 
 use std::ops::ControlFlow;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The SPIR-V of `shaders/`, put together by the build script.
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! When a file last changed: to notice that somebody writes a file while it is read.
 
 use std::fs::Metadata;

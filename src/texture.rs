@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The one thing that travels between modules: texels as `f32`, with what they mean.
 
 /// How the texels are arranged.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Files in one call, as an asset pipeline makes them.
 
 use std::path::Path;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a file claims of itself: confirmed where it is sound, refuted where it was changed; bounds of the user's; pages.
 
 use std::path::Path;

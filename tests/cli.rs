@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The command line as a user meets it: results, exit codes, and no file left behind.
 
 use std::path::{Path, PathBuf};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The same input, parameters, version and device give the same bytes, however many threads there are and however the work
 //! is cut; another device gives values as near as the files' certificates say. (Slices of tables are compared in
 //! `tests/twins.rs`, shares of a recipe in `tests/recipe.rs`.)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What energy tables are for: nothing is lost, and what is absorbed is what should be.
 
 use std::path::Path;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Environments from files: layouts, formats, orientation, adjustments, turning, and damaged files.
 
 use std::io::Cursor;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Filtered environments: orientation, energy, white furnace, and every mip against a brute-force f64 sum.
 
 use std::ops::ControlFlow;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables by Chebyshev expansion against the rule at every texel, and what is refused.
 
 use brdf_baker::axis::Points;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Every comparator is fed the faults that it exists for, and must say no.
 
 use brdf_baker::axis::Points;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! File formats: what is written is read back, damaged files end in errors, and a file appears whole or not at all.
 
 #[path = "common/ktx2_strict.rs"]

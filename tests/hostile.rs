@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Files that nobody vouches for: the corpus of `fuzz/` and small changes of it. Nothing may panic, take long, or take more
 //! memory than stated.
 

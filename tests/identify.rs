@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What made a table: every convention is recognised, what is not a table is refused, and nothing wrong is certain.
 
 use std::collections::HashMap;

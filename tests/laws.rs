@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Laws that hold whatever the implementation: normalisation, closed forms, reciprocity, energy.
 
 use brdf_baker::axis::Points;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Linearly transformed cosines: fits against published ones by the same measure, against independent integration, from
 //! texel to texel, and what a file of them says.
 

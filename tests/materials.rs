@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Named materials: exact Fresnel, the way from spectrum to sRGB, published values, and the command.
 
 use std::process::{Command, Output};

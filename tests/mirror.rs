@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Shaders and Rust stay in step: every shared function has its twin with the same name and number of arguments.
 
 use std::collections::BTreeMap;

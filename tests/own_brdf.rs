@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! BRDFs of one's own, compiled at run time: against exact tables and independent integration, with their estimates; the
 //! laws; what is refused; and the command line.
 

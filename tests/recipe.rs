@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `brdf-baker run`: what a recipe bakes, what it leaves alone, how its work is shared, and what it refuses.
 
 mod common;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The ring rule, and what it bakes: weights of a generalised Schlick term, thin films.
 
 use std::path::Path;

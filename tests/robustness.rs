@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What goes wrong on machines: full disks, folders that cannot be written, files that change, processes that are killed,
 //! drivers that fail. Nothing torn, nothing left behind, and a sentence that says what happened.
 #![cfg(unix)]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The preview: both kernels against their f64 twins, the reference against a brute-force sum, the white furnace, goldens.
 
 mod common;

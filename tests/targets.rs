@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Presets of engines, as a user meets them: one command, the files that the engine loads, and what they say of themselves.
 
 use std::path::Path;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The rules against the truth, adaptive integration in other coordinates, and against what others published.
 
 use brdf_baker::bake::{At, Model, TABLES, Table, table};

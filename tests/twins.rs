@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! GPU f32 against the same code in f64, under the validation and synchronisation layers.
 
 use brdf_baker::axis::{Axis, Points, Warp};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The specular lobe of Ashikhmin and Shirley 2000 (Eq. 4) with equal exponents and F = 1. The exponent 2 / alpha^2 - 2 makes
 // alpha a width like GGX's.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Blinn-Phong with the implicit geometry term, V = 1/4. The exponent that has GGX's width is 2 / alpha^2 - 2 (Walter et al.
 // 2007, section 5.2).
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // A sheen: the Charlie distribution (Estevez, Kulla 2017, Eq. 2) with the visibility of Neubelt and Pettineo 2013.
 
 float D(float n_dot_h, float alpha) {

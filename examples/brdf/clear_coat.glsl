@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // A coloured diffuse base and a clear coat of GGX over it. A quarter of the light stays in the coat; the base gets the
 // rest.
 

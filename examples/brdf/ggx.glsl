@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // GGX with height-correlated Smith masking (Walter et al. 2007, Heitz 2014), as a distribution and a visibility: the
 // BRDF is D V.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Oren and Nayar's rough diffuse surface (1994, Eq. 30, the qualitative model), of albedo 1; alpha stands for the standard
 // deviation of the slopes' angle in radians. It has kinks where light and viewer are equally steep, and at right angles.
 

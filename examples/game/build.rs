@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bakes the split-sum table and the environment of the first level. Cargo runs it again when the environment changes.
 
 use std::path::Path;

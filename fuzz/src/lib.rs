@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The targets by name, for `fuzz_targets/`.
 
 #[path = "../targets.rs"]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // Directional albedo of anisotropic GGX, one integral a Fresnel weight and texel. Rust twin: src/rule/cone_elliptic.rs.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // Sums of Chebyshev series: result[s][p] = sum over k of coefficient[s][k] T_k(x_p), for POINTS points p an invocation. Run
 // along roughness and then along n_dot_v it expands a table. Rust twin: src/rule/expansion.rs.

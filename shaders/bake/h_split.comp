@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // Directional albedo of any distribution, one integral a Fresnel weight and texel. Rust twin: src/rule/h_split.rs.
 

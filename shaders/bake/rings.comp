@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // Directional albedo of GGX with functions of v.h in place of Fresnel's F, four integrals a texel. Rust twin:
 // src/rule/rings.rs.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // The walk over nodes that are small enough as they are.
 #define CUT 0

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // The walk for lobes narrower than the leaves of a cube: it cuts them.
 #define CUT 2

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // Transmission through a rough dielectric with height-correlated Smith, one integral a texel. Rust twin:
 // src/rule/transmit.rs.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // What a geometry term may depend on. Rust twin: `Directions` in src/term/visibility/mod.rs.
 
 struct Directions {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // What the h-split rule's kernels share: a grid of texels, one invocation a texel, whose outer nodes and rows are laid out
 // by src/rule/h_split.rs.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Optical constants below the surface relative to those above. Rust twin: `Optics` in src/term/fresnel/mod.rs.
 
 struct Optics {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // What every probe shares: one of some functions, chosen by number, at many inputs, so that the host can compare it with
 // its Rust twin. The including shader defines `float evaluate(float x[8])`.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // A slice of a grid of texels: [first, first + count), rows of `columns` texels with n_dot_v along them; and the optical
 // constants of the Fresnel term. Rust twin: `Slice` in src/bake/grid.rs.
 

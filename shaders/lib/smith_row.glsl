@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Smith's function of one distribution at one roughness, as a Chebyshev series: `Row` in src/rule/h_split.rs. The including
 // shader declares a buffer `row_of` of such rows.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // What the cone rule's kernels share: a grid of (n_dot_v, alpha), one invocation a texel.
 
 #include "lib/slice.glsl"

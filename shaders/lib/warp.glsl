@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Where n_dot_v or a roughness lies along a side of a table. Rust twin: `Warp::position` in src/axis.rs, which has the names in
 // this order.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Trowbridge-Reitz, known as GGX. Rust twin: src/ndf/ggx.rs.
 
 // D(h) per steradian. Walter et al. 2007, Eq. 33; the integral of D n_dot_h is 1.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The reflectance integral of a BRDF of one's own over cells of half vectors, by a Gauss-Kronrod rule with its error
 // estimate. The change of variables is explained in src/bake/own/cells.rs, which also splits the cells. The text of `REAL`,
 // `REAL3` and `brdf` comes before and after, see src/bake/own/program.rs.

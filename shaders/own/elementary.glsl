@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Elementary functions in double precision, which GLSL lacks: overloads of its own names, so that a BRDF that is written
 // with `float` can be evaluated with `double`. Relative errors are a few 1e-16, of powers that times |y log x|;
 // tests/own_brdf.rs compares them with those of Rust. Arguments of sin, cos and tan up to about 1e9.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // A BRDF of one's own at pairs of directions. The text of `REAL`, `REAL3` and `brdf` comes before and after, see
 // src/bake/own/program.rs.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // What the kernels of a BRDF of one's own need in single precision, where GLSL has the rest. acos of some drivers is good to
 // 1e-4 only: `half_acos` is ours.
 

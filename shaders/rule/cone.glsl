@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The cone rule for GGX lobes: the derivation is in the Rust twin, src/rule/cone.rs. Names are the same there.
 // The including shader declares the buffers of lib/table.glsl and includes a geometry term and a Fresnel term before.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The cone rule for anisotropic GGX: the derivation is in the Rust twin, src/rule/cone_elliptic.rs. Names are the same
 // there. The including shader declares the buffers and includes a geometry term and a Fresnel term before.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The h-split rule for any isotropic distribution: the derivation is in the Rust twin, src/rule/h_split.rs. Names are the
 // same there. The including shader declares the buffers of lib/h_table.glsl and includes a geometry term and a Fresnel term before.
 

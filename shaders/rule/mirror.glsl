@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The limit of a lobe that narrows to a mirror. Rust twin: `mirror` in src/rule/cone.rs. A geometry term and a Fresnel term
 // are included before.
 

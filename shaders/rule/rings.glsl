@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The ring rule for GGX with any function of v.h in place of Fresnel's F: the derivation is in the Rust twin,
 // src/rule/rings.rs. Names are the same there. The including shader declares the buffer `ring_of`, three vectors a ring.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Transmission through a rough dielectric: the derivation is in the Rust twin, src/rule/transmit.rs. Names are the same
 // there. The including shader declares the buffers of lib/h_table.glsl and includes a geometry term and a dielectric's
 // Fresnel term before.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // The same spheres by an integral over the BRDF's half vectors: src/spheres/nodes.rs places them, src/spheres/shade.rs is the
 // f64 twin.

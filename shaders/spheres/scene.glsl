@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Spheres on a grid under an environment: what both kernels of the preview share. src/spheres/scene.rs says where things are,
 // src/spheres/shade.rs is the f64 twin. The including shader defines `vec3 shade(Surface surface)`, and ALONE as 1 where one
 // look at the middle of a pixel will do because rough spheres change little within it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 #version 450
 // Spheres lit by a filtered environment, a split-sum table and an irradiance map. Rust twin: src/spheres/shade.rs.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Cube faces: face and position -> direction. Rust twin: src/term/cube.rs, which has the table.
 
 // The point (s, t) of a face: a vector whose largest component is +-1. Normalise it to get a direction.

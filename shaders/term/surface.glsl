@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // How a surface shares out the light: specular reflection of a metal and of a dielectric, and what a dielectric leaves to the
 // body below. Rust twin: src/term/surface.rs.
 

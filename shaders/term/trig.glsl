@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Trigonometry that does not depend on the driver. Rust twin: src/term/trig.rs.
 
 // sin x by a minimax polynomial, absolute error 2e-8 before rounding. Domain: x in [0, pi/2].

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Directional albedo E(n·v, roughness) = ∫ f (n·l) dω_l with F = 1: the share of light that single scattering keeps.
 //! 1 − E is what energy compensation has to give back (Kulla and Conty 2017). With an exact Fresnel term it is the share
 //! that a smooth-faceted dielectric or metal reflects.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! PlayCanvas' environment atlas: everything that its shaders read of an environment, in one square picture.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Average albedo E_avg(roughness) = 2 ∫₀¹ E(mu, roughness) mu dmu: the hemispherical mean of the directional albedo.
 //!
 //! Limits: 1 at roughness 0; 4/3 (1 − ln 2) at roughness 1 with height-correlated Smith. This is the integral of the

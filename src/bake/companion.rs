@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Channels that engines keep in the same texture as a table, although they belong to another BRDF: cloth beside split-sum
 //! (Filament, Babylon.js, glTF), diffuse and sheen terms (Unity's high definition pipeline).
 

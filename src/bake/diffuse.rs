@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Directional albedos of rough diffuse BRDFs of albedo 1, to check shaders' own against: Oren and Nayar's, both forms, and
 //! the Fujii model that EON builds on. Roughness is the standard deviation of the slopes' angle in radians for the former,
 //! the model's own parameter for the latter.

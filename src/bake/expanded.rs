@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables by expansion: the rule at Chebyshev points in f64 on the processor, the series at every texel on the device.
 
 use std::f64::consts::PI;

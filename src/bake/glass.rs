@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A rough dielectric interface: what single scattering reflects and transmits, over n·v and roughness at one refractive
 //! index (Walter, Marschner, Li, Torrance 2007). The index is that behind the surface over that before it: above 1 seen
 //! from outside, below 1 from inside.

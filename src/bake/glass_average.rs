@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Averages of a rough dielectric interface, 2 ∫₀¹ X mu dmu of what it reflects, transmits, and of both: over roughness at
 //! one refractive index. See [`super::glass`].
 //!

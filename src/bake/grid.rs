@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Runs a table kernel, or the rule on the processor, over a grid of (n·v, roughness) in slices.
 
 use std::time::Instant;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The tint of Kulla and Conty's lobe for multiple scattering, over roughness and, in rows, over Schlick's F0.
 //!
 //! tint = F_avg² average/(1 − F_avg (1 − average)) with F_avg = 2 ∫₀¹ F(mu) mu dmu, which is (20 F0 + 1)/21 for Schlick's

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Linearly transformed cosines for area lights (Heitz, Dupuy, Hill, Neubelt 2016): the inverse matrix M⁻¹ over roughness
 //! and n·v, as [`crate::rule::ltc`] fits it. [`super::ltc_magnitude`] holds what belongs to it.
 //!

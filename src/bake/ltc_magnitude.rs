@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What belongs to a matrix of linearly transformed cosines ([`super::ltc`]): how much light the lobe holds, and what
 //! reaches over the horizon.
 //!

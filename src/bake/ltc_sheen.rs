@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sheen as a linearly transformed cosine (Zeltner, Burley, Chiang 2022): A and B of M⁻¹ = (A 0 B; 0 A 0; 0 0 1) in rows,
 //! x along the view, as [`crate::rule::ltc_sheen`] fits them, and the albedo R.
 //!

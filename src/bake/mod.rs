@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What is baked: one file per table or filter, their registry, and the way from a request to texels.
 
 mod albedo;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The microfacet model that a table belongs to, and which rule computes it.
 
 use std::cell::RefCell;

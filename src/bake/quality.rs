@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How finely an environment is filtered: points on the curve of error against time.
 
 use super::specular::Precision;

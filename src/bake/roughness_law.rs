@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Which roughness a mip holds: one law per family of engines. A shader that looks a map up inverts it.
 
 use crate::error::{Error, Result, nearest};

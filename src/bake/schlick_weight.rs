@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The weight of F90 that a rough surface shows, of a generalised Schlick term F0 (1 − w) + F90 w, over n·v and roughness.
 //!
 //! weight = ∫ D(h) [G1(v)/(n·v)] (v·h) w(v·h) dh over the half vectors that reflect v to above the surface: the mean of w over

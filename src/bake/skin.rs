@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Diffuse light on skin, pre-integrated over a sphere: what a curved surface shows of a light in the direction l when it
 //! scatters below, over n·l and the curvature 1/r in 1/mm, in linear sRGB.
 //!

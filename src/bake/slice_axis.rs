@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What runs over the slices of a volume: a number of the Fresnel term, or of the distribution, at every position of the
 //! third axis.
 

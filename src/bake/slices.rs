@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How much work one dispatch gets.
 
 use std::time::Duration;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Filtered environments: what image-based lighting reads for glossy reflections.
 //!
 //! Mip m of a cube, an equirectangular picture or an octahedral map ([`Projection`]) holds, at the centre direction n of

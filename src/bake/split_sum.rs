@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Split-sum table (Karis 2013, "Real Shading in Unreal Engine 4"): specular reflection of a white environment with
 //! Schlick's Fresnel term, split so that F0 stays outside.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The average of an albedo table as a shader reads it: the exact integral of its stored texels, filtered linearly.
 //!
 //! Compensation for multiple scattering after Kulla and Conty returns what single scattering loses only if the average is

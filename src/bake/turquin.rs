@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Turquin's compensation for multiple scattering, over n·v, roughness and, in slices, Schlick's F0: what single scattering
 //! is multiplied with, and what then is reflected.
 //!

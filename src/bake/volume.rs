@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables over a number of the Fresnel term or of the distribution as well ([`SliceAxis`]): a slice of the table for each. Over n·v, roughness and
 //! that number a file holds a 3-D texture; a table over one of the two and that number is flat, with a row for each.
 //!

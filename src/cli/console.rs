@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the user sees: results on stdout, progress and errors on stderr, and Ctrl-C.
 
 use std::io::{IsTerminal, Write};

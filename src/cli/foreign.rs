@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `brdf-baker verify` for tables that others made: the model comes from flags or from `identify`.
 
 use std::path::Path;

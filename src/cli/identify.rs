@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `brdf-baker identify`
 
 use std::path::{Path, PathBuf};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `brdf-baker list` and `brdf-baker devices`: everything is printed from the registries.
 
 use brdf_baker::axis::Coordinate;

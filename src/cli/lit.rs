@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Files that light or shade spheres, told apart by what they hold.
 
 use std::borrow::Cow;

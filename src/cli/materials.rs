@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `brdf-baker materials`: named metals and dielectrics, printed from their registries.
 
 use brdf_baker::Result;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `bake --glsl` and `verify --glsl`: a BRDF of one's own.
 
 use std::path::{Path, PathBuf};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How `brdf-baker env` is told to read an environment.
 
 use std::path::Path;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How a file stores what was baked, beside its encoding.
 
 use std::path::Path;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! `brdf-baker verify` of an environment: a cube, a map or an atlas.
 
 use std::path::Path;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A cube of radiance: six faces of one size.
 
 use super::orientation;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Which way the axes of a file point, for engines that turn or mirror directions before they look a map up.
 
 use crate::error::{Error, Result};

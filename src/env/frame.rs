@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How an environment is turned, and mirrored, on its way into a cube.
 //!
 //! A picture stays as it is: directions of the output are carried into the picture's own axes, which is exact at every

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Environments: radiance from every direction, as a picture and the way it is turned.
 //!
 //! An environment here is *piecewise constant*: every texel holds one radiance over its exact solid angle. Everything

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Directions and solid angles on a cube's faces. [`crate::term::cube`] says where faces look and how they are stored.
 
 pub use crate::term::cube::locate;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How the sphere is laid out in a picture that is written: six faces of a cube, an equirectangular picture, or an
 //! octahedral map.
 //!

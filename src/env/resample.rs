@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Exact resampling to an equirectangular picture and to an octahedral map: the mean radiance over every texel's exact
 //! solid angle, as [`super::area`] has it for cubes.
 //!

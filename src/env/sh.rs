@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Real spherical harmonics of an environment, up to l = 4.
 //!
 //! **Basis.** Orthonormal on the sphere, as polynomials of the unit direction (x, y, z) without the Condon–Shortley phase

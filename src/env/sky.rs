@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Analytic daylight: a clear sky, the sun's disc, and level ground that both light.
 //!
 //! **Sky.** Preetham, Shirley, Smits 1999, "A Practical Analytic Model for Daylight": a luminance and a chromaticity by

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Babylon.js' `.env`, version 2: a cube with all its mips as RGBD pictures in PNG, and its irradiance as a polynomial.
 //!
 //! Eight bytes, a JSON object, a NUL, then the pictures: mip by mip, face by face in the order +X −X +Y −Y +Z −Z, rows from

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! DDS (DirectDraw Surface) with the header of Direct3D 10: tables over two axes or three and cubes with their mips, in every encoding that has a
 //! DXGI_FORMAT.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! OpenEXR: tables, maps of the sphere and cubes as half or single floats, compressed without loss (ZIP, 16 rows a block).
 //!
 //! A table is a single part with the channels R, RG, RGB or RGBA. A cube has one part a mip, named `mip0`, `mip1`, …,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a file says of its texels, so that a change to them is found and, where one texel changed, named.
 //!
 //! **What is hashed.** The texels as they are stored: level 0 first, faces in order, rows from the top, texels from the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Irradiance as nine coefficients in a texture's meta, and in the forms that containers want them in.
 //!
 //! The key [`KEY`] holds e_lm for l ≤ 2, in the order and the orthonormal basis of [`crate::env::sh`]: three numbers, red,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Radiance HDR: tables and pictures of one level as RGB with 8-bit mantissas and one exponent a texel. About two decimal digits, no sign.
 //!
 //! The file is written with the `image` crate's encoder, fed with values that are already rounded to the nearest RGBE

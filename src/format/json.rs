@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables as JSON: one object with sizes, channels, everything that the meta says, and the values as numbers, rows from
 //! the top, texels from the left, channels interleaved. A single float is written so that it reads as itself again.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! KTX 1: tables and cubes with their mips, for engines that read nothing newer. Filament's tools write cubes so.
 //!
 //! After the KTX 1.1 specification. Rows and faces are padded to four bytes. Beside our own pairs a cube whose meta holds

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! KTX2 (Khronos Texture 2.0): tables over two axes or three, maps of the sphere and cubes in every encoding that GPUs read, mips and all, plain
 //! or with each level compressed by Zstandard.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Temporary files of processes that were killed outright: nobody else can remove them.
 //!
 //! A living process holds a lock on each of its temporary files, which ends with it however it ends. On systems without

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! File formats: one file each, and their registry.
 //!
 //! A [`Format`] turns a [`Texture`] into the bytes of a file and back, and touches no file itself. [`Output`] puts the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! NumPy's `.npy`: one level as an array of halves or singles, rows × columns × channels, of a cube faces
 //! first, of a volume slices first. A volume of six square slices has a leading axis of length 1, or it would read back as a
 //! cube.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Pictures that anyone may have written: the plain numbers of level 0, component by component, and how finely each is
 //! stored. Nothing that the file says about colour is applied.
 //!

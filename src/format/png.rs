@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! PNG: tables as 8- or 16-bit integers over [0, 1], for engines and tools that read nothing else; tables and maps of the
 //! sphere of one level as bytes with a formula (`rgbd8`, `rgbm8`, `rgbp8`).
 //!

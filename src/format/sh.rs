@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Spherical harmonics as JSON: coefficients with everything that a reader must know to use them.
 
 use serde_json::{Value, json};

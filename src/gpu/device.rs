@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Instance, devices, the one queue, and what the validation layer says.
 
 use std::ffi::{CStr, c_char, c_void};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Faults on demand: no test can make a driver lose its device, and every program must be seen to bear it.
 //!
 //! The variable `BRDF_BAKER_INJECT` lists faults, joined by commas; who sets it asks for a failure. It is no part of the

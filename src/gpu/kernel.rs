@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A compute pipeline with its descriptor set.
 
 use std::sync::Arc;

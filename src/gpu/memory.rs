@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Storage buffers, mapped where the device allows it and staged where it does not.
 
 use std::sync::Arc;

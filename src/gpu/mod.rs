@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Vulkan compute behind a safe face: SPIR-V, bytes and sizes go in, `f32` comes out.
 //!
 //! This is the only module with `unsafe` code. It knows no table: what a kernel computes is its caller's business.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Dielectrics: one real index at the yellow helium line, 587.6 nm.
 
 use crate::term::fresnel::dielectric::dielectric;

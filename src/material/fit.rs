@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! One complex index a channel that stands for a whole spectrum.
 
 use crate::quadrature::gauss_legendre::gauss_legendre;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Metals: complex index over the visible range.
 
 use super::fit::{self, Channel};

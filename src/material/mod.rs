@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Named materials: what reflects at a smooth surface of a metal or a dielectric, as linear sRGB.
 //!
 //! - [`Metal`] holds the measured complex index n − ik over the visible range. [`Metal::fresnel_rgb`] is its reflectance

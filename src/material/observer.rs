@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! From a spectrum of reflectance, or of light, to linear sRGB.
 //!
 //! The light is CIE standard illuminant D65, the white of sRGB, so that a perfect reflector is exactly (1, 1, 1): with any

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Measured optical constants of metals over the visible range, one row more at each end: wavelength in nm, n, k.
 //! Which measurement each is stands beside its use in [`super::metal::METALS`].
 

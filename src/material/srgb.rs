@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The transfer function of sRGB.
 
 /// The encoded value of a linear one. IEC 61966-2-1:1999. Domain: [0, 1].

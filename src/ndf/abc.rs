@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The ABC distribution of optical surfaces, as a distribution of facets.
 
 use std::f64::consts::PI;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Beckmann: a surface whose slopes are normally distributed.
 
 use std::f64::consts::PI;

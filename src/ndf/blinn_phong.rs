@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Phong's lobe about the normal, used with half vectors: Blinn–Phong.
 
 use std::f64::consts::PI;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Charlie: fibres that stand up, for cloth.
 
 use std::f64::consts::PI;

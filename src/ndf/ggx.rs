@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Trowbridge–Reitz, known as GGX.
 
 use super::{Family, Flat, Lobe, Parameter};

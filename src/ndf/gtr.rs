@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Generalised Trowbridge–Reitz: GGX with a free tail.
 
 use std::f64::consts::PI;

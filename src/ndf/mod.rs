@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Normal distribution functions, one file each.
 //!
 //! Only the cone rule evaluates a distribution in a shader: the GLSL twin of `ndf/ggx.rs` is `shaders/ndf/ggx.glsl`.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Smith's projected area by quadrature, for distributions without a closed form.
 
 use std::f64::consts::PI;

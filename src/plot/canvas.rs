@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A picture to draw on: SVG, or PNG by drawing three times as large and averaging.
 
 use std::sync::Once;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Charts over an angle, and lobes as polar plots.
 
 use std::f64::consts::FRAC_PI_2;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! One curve: a distribution, its width, a geometry term and a Fresnel term, in words.
 
 use crate::brdf::Brdf;

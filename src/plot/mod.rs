@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Plots: D, G, F and whole lobes against the angle, and tables in false colour, as SVG or PNG.
 //!
 //! Nothing but this crate is needed to draw them: DejaVu Sans (Bitstream Vera licence) is built in for what is laid out and

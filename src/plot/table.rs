@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A table in false colour: a panel a channel, with its axes and a scale.
 
 use plotters::coord::Shift;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Adaptive integration with an error estimate: the "other method" that checks the fixed rules.
 //!
 //! Every panel is integrated by one Gauss–Legendre rule and by the same rule on its two halves. The difference is the

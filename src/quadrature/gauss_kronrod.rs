@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The pair of rules of Gauss with 7 and Kronrod with 15 nodes, which share 7: two answers for the price of one, and their
 //! difference says how far the poorer one is off.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Gauss–Legendre nodes and weights. Shared with the build script, which writes them into the shaders.
 
 /// A node in (−1, 1) and its weight; the weights of a rule sum to 2.

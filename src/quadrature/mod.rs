@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Numerical integration: fixed rules for the bakes, an adaptive integrator for the truth that checks them; and the minima
 //! that fits look for.
 

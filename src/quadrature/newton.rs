@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A minimum of a smooth function of a few variables by Newton's method, damped where the function is not convex.
 
 /// A function at a place.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! From an entry to the files that it stands for: patterns, lists of engines, placeholders.
 
 use std::path::{Component, Path, PathBuf};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Recipes: a set of bakes, declared in a TOML file.
 //!
 //! ```toml

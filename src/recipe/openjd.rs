@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A recipe as a job of a render farm: an Open Job Description template.
 //!
 //! Revision `jobtemplate-2023-09` with the extension TASK_CHUNKING (RFC 0001): one step whose task parameter runs over the

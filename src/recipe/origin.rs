@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a file is baked from, as one hash in the file: to tell whether it must be baked again.
 
 use std::fs::{self, File};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Which items of a recipe one process bakes.
 
 use std::ops::RangeInclusive;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 const { result, picture } = data;
 
 /// The same for SVG.

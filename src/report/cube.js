@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 /// A filtered environment: its mips beside the brute-force integral, conventions.
 function environmentPage() {
     const cube = picture.projection === "cube";

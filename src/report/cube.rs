@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a page draws of a filtered environment.
 
 use serde_json::{Value, json};

@@ -1,2 +1,3 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 if (picture.kind === "table") tablePage();
 else environmentPage();

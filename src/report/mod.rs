@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A check as one page of HTML that needs nothing else: no network, no other file.
 //!
 //! The page holds two JSON objects: the *result*, the very one that `verify --json` prints, from which every number on

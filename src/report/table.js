@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 /// A table: maps with a probe, slices, conventions.
 function tablePage() {
     const [columns, rows] = picture.shown;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The cone rule: GGX lobes of any Smith-like geometry term, exact horizon, 324 nodes for 3e-7.
 //!
 //! Half vectors whose mirror direction lies above the surface fill a *quadratic cone*. Stretch space by

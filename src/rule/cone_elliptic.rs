@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The cone rule for anisotropic GGX: the same quadratic cone as in [`super::cone`], on axes found numerically.
 //!
 //! Stretched by diag(1/ax, 1/ay, 1), the facets that are seen from v lie on a hemisphere with a density proportional to

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Nodes of the cone rule. Shared with the build script, which writes them into the shader.
 
 use crate::quadrature::gauss_legendre::gauss_legendre;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The Chebyshev expansion: a whole table from the values at a few thousand points.
 //!
 //! Over ln(n·v) and ln(roughness) the tables of smooth lobes are smooth, so that a product of two Chebyshev series

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The sheen of a thin layer of upright fibres, as Zeltner, Burley and Chiang approximate it (2022, Practical
 //! Multiple-Scattering Sheen Using Linearly Transformed Cosines; formulas and fitted numbers: `sheen_approx.h` of
 //! github.com/tizian/ltc-sheen, Apache-2.0). Their other lobe, a random walk through the same layer, has no formula.

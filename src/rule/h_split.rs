@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The h-split rule: any isotropic distribution with any geometry term, kinks included.
 //!
 //! The half vector is split into its polar angle and its azimuth ψ from v's. With t = tan θ_h, c = cos θ_h, mu = n·v and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Nodes over all directions of light, placed where a lobe is: what fits of the whole lobe are summed over.
 //!
 //! Every light direction l belongs to one half vector h with v·h > 0, and dω_l = 4 (v·h) dω_h. The polar angle of h runs

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Linearly transformed cosines (Heitz, Dupuy, Hill, Neubelt 2016): a clamped cosine, bent by a matrix until it looks like
 //! the lobe of a BRDF. A shader bends the light's polygon back and integrates the cosine in closed form.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The linearly transformed cosine of a sheen (Zeltner, Burley, Chiang 2022): two numbers bend a cosine that never reaches
 //! below the horizon.
 //!

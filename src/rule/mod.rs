@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Quadrature rules that bakes are made of. The GLSL twin of `rule/x.rs` is `shaders/rule/x.glsl`, that of the expansion, which
 //! is a kernel, `shaders/bake/expansion.comp`; fits to a whole lobe have none, they run on the processor.
 

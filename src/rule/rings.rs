@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The ring rule: GGX lobes with any function of v·h in place of Fresnel's F, however many kinks or steps it has.
 //!
 //! Half vectors at the angle ϑ from v form a ring around v on which F is constant. So the outer integral runs over ϑ, the

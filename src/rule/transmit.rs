@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Transmission through a rough dielectric by the h-split rule ([`super::h_split`]).
 //!
 //! With eta the refractive index behind the surface over that before it, X = v·h and h on the side of v, light that

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Runs the kernels of the preview, slice by slice.
 
 use std::time::Instant;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A table of the split sum as a shader reads it, whatever its axes, its rows and its channels.
 
 use super::parts::Parts;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The maps that spheres are shaded with: a filtered environment, an irradiance map, a split-sum table, and the environment
 //! itself with averages of four texels, of sixteen, and so on.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The preview: spheres under an environment, shaded with baked maps as engines do, and by an integral of the same BRDF.
 //!
 //! **Split sum.** `prefiltered(r, roughness) · (F0 · scale + bias)` with F0 = mix(0.04, base colour, metallic), less the F82

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Where the reference looks: half vectors that share out a distribution's projected area.
 //!
 //! ∫ f L (n·l) dω_l = ∫ F G/(n·v) (v·h)/(n·h) L(l(h)) [D (n·h) dω_h], so a rule for the measure in brackets serves every

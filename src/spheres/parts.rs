@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a table of the split sum holds in its channels.
 
 /// Where scale, bias and the tint of F82 are in a texel. Of scale, bias and their sum, the albedo, two are enough.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What was drawn: linear radiance, how it becomes a picture to look at, and how two of them differ.
 
 use rayon::prelude::*;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Pictures on spheres: base colour, metallic, roughness and normal by texture, as glTF 2.0 (section 3.9) means them.
 //!
 //! u = ½ + atan2(x, z)/2π runs eastwards, from the back of a sphere around its right-hand side; v = acos(y)/π from its top

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Spheres on a grid, seen without perspective: the camera looks along −Z, +X is right and +Y up, so that the normal under a
 //! pixel is known in closed form and the view is +Z everywhere. A tile of the grid is a unit of length, the middle of the
 //! picture is the origin, and the sphere in its tile has the radius [`RADIUS`].

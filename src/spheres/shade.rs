@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The kernels of the preview in f64: `shaders/spheres/*`, function by function. What each does is said there.
 
 use super::lut::Lut;

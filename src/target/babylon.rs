@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Babylon.js: `.env` files, and the table that `scene.environmentBRDFTexture` holds.
 
 use super::{EnvironmentPreset, TablePreset, Target};

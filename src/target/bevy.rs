@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bevy: cubes as KTX2, the split-sum table through the feature `dfg_lut`.
 
 use super::{Beside, Content, EnvironmentPreset, Mips, TablePreset, Target};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Blender: the layouts of Cycles' and EEVEE's tables, and a picture for the world's background.
 
 use super::{EnvironmentPreset, TablePreset, Target};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Filament: KTX1 cubes as cmgen writes them, and its DFG table.
 
 use super::{Beside, Content, EnvironmentPreset, Mips, TablePreset, Target};

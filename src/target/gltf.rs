@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! glTF: the Khronos sample viewer and what glTF-IBL-Sampler writes for it.
 
 use super::{Beside, Content, EnvironmentPreset, TablePreset, Target};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Godot: it filters skies itself, so it takes a picture; its table is computed at start-up.
 
 use super::{EnvironmentPreset, TablePreset, Target};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! MaterialX: pictures with mips, a table over n·v and alpha.
 
 use super::{Beside, Content, EnvironmentPreset, Mips, TablePreset, Target};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What engines want of a file: one file per engine, and their registry.
 //!
 //! A [`Target`] holds presets for tables and for environments: sizes, axes, channels, encodings, containers, the law of the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! OpenPBR: the energy tables of Adobe's openpbr-bsdf, which store what single scattering loses.
 
 use super::{TablePreset, Target};

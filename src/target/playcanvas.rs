@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! PlayCanvas: one picture, the environment atlas, holds every level; the split-sum factor is a formula of the engine.
 
 use super::{EnvironmentPreset, Mips, TablePreset, Target};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! three.js: a cube with mips in the place of what PMREMGenerator makes, and the table of DFGLUTData.js.
 
 use super::{EnvironmentPreset, Mips, TablePreset, Target};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Unity's high definition pipeline: its FGD table, and a cube with its roughness law.
 
 use super::{EnvironmentPreset, Mips, TablePreset, Target};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Unreal Engine: a cube as DDS, and the layout of its pre-integrated table.
 
 use super::{EnvironmentPreset, TablePreset, Target};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Cube faces: face and position → direction. GLSL twin: `shaders/term/cube.glsl`.
 //!
 //! Faces are +X −X +Y −Y +Z −Z, numbered 0 to 5. `s` runs to the right and `t` downwards as the face is stored, both

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How much more room a filter kernel leaves where it is faint. GLSL twin: `shaders/term/fainter.glsl`.
 
 /// The factor where K is exp(−`fall`) of its peak: K^(−1/10), and below 1e-4 of the peak, where hardly any light is seen,

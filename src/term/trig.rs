@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Trigonometry that the kernels may rely on: Vulkan promises sin only to 2⁻¹¹ and atan not at all.
 
 /// sin x. Domain: x in [0, π/2]. GLSL twin `shaders/term/trig.glsl`: odd polynomial of degree 11, absolute error 2e-8

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Mip 0 of an environment, texel by texel: means of the source by plain sampling.
 //!
 //! A texel's mean radiance is taken over points of its face, each weighted by the solid angle that it stands for, and read

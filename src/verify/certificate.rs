@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a file claims of itself, held against what is found: its certificate.
 //!
 //! A bake writes the claims: the hash of its texels ([`crate::format::Fingerprint`]), the rule with its nodes, the error

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Checks a filtered environment: what any correct one obeys, and each mip against a brute-force convolution of the
 //! source, or of the file's own mip 0 where the source is not at hand.
 //!

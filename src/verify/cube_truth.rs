@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The independent truth of an environment that is given as a cube: a sum over its texels, in f64.
 //!
 //! Every texel is a constant over its solid angle. By its distance from the lobe's axis it is taken at its middle, or cut

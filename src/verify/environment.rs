@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The independent truth of a filtered environment: a sum over the texels of the source, in f64.
 //!
 //! Every texel is a constant over its solid angle. Here those of an equirectangular source are summed; a cube's are in

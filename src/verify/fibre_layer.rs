@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The truth about the albedo of a layer of fibres ([`crate::rule::fibre_layer`]): adaptive f64 integration over light
 //! directions by polar angle and azimuth, nothing substituted.
 

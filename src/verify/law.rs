@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! One thing that every sound file obeys, and whether this one does.
 
 use serde::Serialize;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The truth about a fitted lobe: how far a linearly transformed cosine is from the lobe of a BRDF, by adaptive f64
 //! integration over *light directions*.
 //!

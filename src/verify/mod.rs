@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Checks: the independent truth, the laws, and what they say of a file.
 
 mod averages;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Checks a table of a BRDF of one's own against a finer run of its adaptive rule, at nodes that the bake did not use.
 
 use serde::Serialize;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The truth about transmission through a rough dielectric: adaptive f64 integration over *refracted directions*.
 //!
 //! Independent of the rule that bakes, which integrates over half vectors: this integrates the transmittance as it is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Seams of a map of the sphere: where a face ends and another (or the same one) goes on.
 //!
 //! Of four texels a₁ a₀ | b₀ b₁ in a line across a seam, the step a₀ → b₀ of a smooth function is the mean of the steps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Compares the texels of a table with the twin and the truth, and with the laws that they must obey.
 
 use std::collections::HashSet;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The truth about directional albedos: adaptive f64 integration over *light directions*.
 //!
 //! Independent of every rule that bakes: rules integrate over half vectors in the space where the lobe is flat; this

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 const START = {
     light: "0", diffuse: "", table: "0", rotate: 0, tilt: 0, layout: "grid", metallic: 1, roughness: 0.3,
     material: "", colour: "#e7cca0", compensate: false, ev: 0, tone: "aces", background: "env",

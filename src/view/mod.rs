@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Spheres to turn and to change in a browser: one page of HTML that needs nothing else.
 //!
 //! The page holds the maps as half floats, red, green and blue, with a power of two in front where they exceed what half

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 const VERTICES = `#version 300 es
 void main() {
     // One triangle over the whole picture.

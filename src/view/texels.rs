@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Texels on their way into a page: half floats as base64.
 
 use serde_json::{Value, json};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 /// Degrees that an arrow key turns, and stops that a key brightens.
 const KEY_DEG = 5;
 const KEY_EV = 0.5;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Checks a KTX2 file against the rules of the KTX 2.0 specification, byte by byte, without any KTX library.
 //!
 //! It knows the files that this tool writes: its formats, plain 2-D and 3-D textures and cubes, no supercompression or Zstandard.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Shared by the integration tests.
 #![allow(dead_code, reason = "no test uses all of it")]
 

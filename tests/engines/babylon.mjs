@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Babylon.js: six lights in a .env of brdf-baker, and in what Babylon filters from the panorama; in its own left-handed
 // world and in a right-handed one.
 import { fromTheTop, json, LOOKS, script, send, url } from "./page.mjs";

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Babylon.js in Chromium on SwiftShader. Called by run.sh.
 set -eu
 cd "$WORK"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Bevy without a window, on whatever Vulkan device there is. Called by run.sh. Builds Bevy at the first run.
 set -eu
 cd "$WORK"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Blender (Cycles) as a Python module: six lights in a panorama of brdf-baker, on spheres and behind them.
 
 blender.py FOLDER: reads lights.json and blender.exr, writes blender-lights.f32 and blender-background.f32.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Blender as a Python module (PyPI's bpy, 370 MB, for Python 3.11). Called by run.sh.
 set -eu
 cd "$WORK"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Runs a page of this folder in headless Chromium on SwiftShader, and keeps what it sends.
 //
 // node browser.mjs PAGE.mjs FOLDER: the page imports engines from /npm/, reads FOLDER as /files/, and posts results into it

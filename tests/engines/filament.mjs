@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Filament (WebAssembly): six lights in KTX files of brdf-baker, on spheres of a glTF file and behind them.
 import { LOOKS, json, script, send, url } from "./page.mjs";
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // What pages share: reading the test's files, sending pictures.
 
 export const url = name => `/files/${name}`;

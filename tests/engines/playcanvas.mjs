@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // PlayCanvas: six lights in an atlas of brdf-baker, and in the one that the engine makes from the panorama.
 import * as pc from "playcanvas";
 import { fromTheTop, json, LOOKS, send, url } from "./page.mjs";

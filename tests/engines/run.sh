@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Draws spheres in real engines with what brdf-baker bakes, and compares them with an f64 reference.
 #
 #   tests/engines/run.sh [ENGINE...]     default: all but bevy, whose first build takes long, and blender, which is large

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the tests of engines share: the scene, the environments, and the comparison with the f64 reference.
 //!
 //! ```text

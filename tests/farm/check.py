@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """A farm of four workers bakes 210 probes; one worker is killed. Nothing is lost, nothing is baked twice.
 
 Usage: check.py PROGRAM OPENJD FOLDER. Prints a line a check, and ends with 1 at the first that fails.

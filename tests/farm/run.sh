@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Bakes 210 probes as a render farm does: the job that `run --emit-openjd` writes, checked and run by Open Job Description's
 # own program (openjd-cli, from PyPI, installed under target/farm) in four workers, of which one is killed at work.
 # Python's venv comes from apt when it is missing.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Packages the crate and builds it as its user does: without the network, without shaderc, outside the checkout. What it then
 # bakes must be what the checkout's program bakes, byte by byte. The shaders in the package must be those that this machine's
 # shaderc makes of the sources in it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Prints what ktx-parse finds in a KTX2 file, its levels as base64, so that a program in another language need not parse it.
 import { readFileSync } from "node:fs";
 import { read } from "ktx-parse";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Reads the KTX2 sample files with ktx-parse and compares them with values.json: header, descriptor, metadata, and the
 // values of floats and integers. (read.py has the values of the others.)
 import { readFileSync } from "node:fs";

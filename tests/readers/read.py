@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Reads the sample files with libraries that are not ours, and compares them with values.json.
 
 OpenImageIO, OpenEXR, Pillow and NumPy read what they know. Of KTX, KTX2, DDS and Babylon.js' environments, the headers are

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Reads files of every format with what is not ours: OpenImageIO, OpenEXR, Pillow, NumPy, imagecodecs (Python), ktx-parse
 # (node), and the compilers of the languages that tables are written in.
 # The other way round, environments that the Python ones wrote are read here.

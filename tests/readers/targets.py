@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Bakes the preset of every engine and checks it from outside: files are read with OpenImageIO, Pillow, ktx-parse, node and
 numpy, and compared at 9 places with values that are computed here, by other means and from a list of conventions of its own.
 

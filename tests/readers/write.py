@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 """Writes environments with OpenEXR, OpenImageIO and Pillow, as other programs do, and states what they hold.
 
 Usage: write.py FOLDER. `cargo run --example read_inputs -- FOLDER` reads them back.

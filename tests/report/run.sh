@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Opens pages of `verify --report` in headless Chromium, light and dark: no message on the console, every number equal to
 # that of `verify --json`. Chromium and node come from apt when they are missing. Screenshots stay in target/report.
 set -eu

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Headless Chromium by its debugging pipe: pages, hands and screenshots.
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";

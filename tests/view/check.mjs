@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Opens a page of `brdf-baker view`, uses every control, and compares each screenshot with the picture that `brdf-baker
 // preview` draws by the command on the page.
 import { execFileSync } from "node:child_process";

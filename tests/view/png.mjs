@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // PNG files of 8 bits, RGB or RGBA, as bytes of RGB.
 import { inflateSync } from "node:zlib";
 

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Opens a page of `brdf-baker view` in headless Chromium on SwiftShader, uses every control, and compares screenshots with the
 # pictures of `brdf-baker preview`; then a browser without WebGL 2. Chromium and node come from apt when they are missing.
 # Screenshots stay in target/view.

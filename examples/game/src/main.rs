@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a game does with the files that its build script baked: here it only looks at them.
 
 use half::f16;

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
 # Written by brdf-baker 0.1.0. What it says of itself, as JSON strings:
 # brdf-baker.texels = "9 5 rg16f"
 # brdf-baker.channels = "scale,bias"

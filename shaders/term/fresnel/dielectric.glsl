@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // A dielectric from outside. Rust twin: src/term/fresnel/dielectric.rs.
 
 #include "lib/optics.glsl"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // A dielectric from inside. Rust twin: src/term/fresnel/internal.rs.
 
 #include "lib/optics.glsl"

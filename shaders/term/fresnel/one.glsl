@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Total reflection. Rust twin: src/term/fresnel/one.rs.
 
 #include "lib/optics.glsl"

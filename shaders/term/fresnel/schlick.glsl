@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Schlick's split and the F82 tint. Rust twin: src/term/fresnel/schlick.rs.
 
 #include "lib/optics.glsl"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Walter's rational approximation of Beckmann's separable Smith term. Rust twin: src/term/visibility/beckmann_rational.rs.
 
 #include "lib/directions.glsl"

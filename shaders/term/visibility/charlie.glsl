@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The fitted Smith term of Charlie. Rust twin: src/term/visibility/charlie.rs.
 
 #include "lib/directions.glsl"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // V-cavities. Rust twin: src/term/visibility/cook_torrance.rs.
 
 #include "lib/directions.glsl"

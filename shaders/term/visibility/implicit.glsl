@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // The implicit geometry term. Rust twin: src/term/visibility/implicit.rs.
 
 #include "lib/directions.glsl"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Kelemen's and Szirmay-Kalos's approximation of V-cavities. Rust twin: src/term/visibility/kelemen.rs.
 
 #include "lib/directions.glsl"

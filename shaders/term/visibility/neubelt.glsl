@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Neubelt's and Pettineo's denominator. Rust twin: src/term/visibility/neubelt.rs.
 
 #include "lib/directions.glsl"

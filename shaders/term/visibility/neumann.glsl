@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Neumann's geometry term. Rust twin: src/term/visibility/neumann.rs.
 
 #include "lib/directions.glsl"

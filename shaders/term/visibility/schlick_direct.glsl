@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Schlick's approximation of Smith's separable term, k = (roughness + 1)^2/8. Rust twin: src/term/visibility/schlick_direct.rs.
 
 #include "lib/directions.glsl"

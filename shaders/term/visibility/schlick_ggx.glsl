@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Schlick's approximation of Smith's separable term, k = alpha/2. Rust twin: src/term/visibility/schlick_ggx.rs.
 
 #include "lib/directions.glsl"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Smith's height-correlated masking and shadowing. Rust twin: src/term/visibility/smith.rs.
 
 #include "lib/directions.glsl"

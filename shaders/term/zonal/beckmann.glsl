@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Beckmann lobe (Walter et al. 2007, Eq. 25) with the weight n.w. Rust twin: src/term/zonal/beckmann.rs.
 #define SHARP_HORIZON 0
 #define BEYOND 0.0625

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Blinn-Phong lobe (Walter et al. 2007, Eq. 30) with the weight n.w. Rust twin: src/term/zonal/blinn_phong.rs.
 #define SHARP_HORIZON 0
 #define BEYOND 0.0625

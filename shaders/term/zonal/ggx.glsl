@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // GGX lobe (Trowbridge-Reitz; Walter et al. 2007, Eq. 33) with the weight n.w. Rust twin: src/term/zonal/ggx.rs.
 #define SHARP_HORIZON 0
 #define BEYOND 0.0125

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 // Lambert: max(n.w, 0), irradiance over pi (Ramamoorthi, Hanrahan 2001, Eq. 1). Rust twin: src/term/zonal/lambert.rs.
 #define SHARP_HORIZON 1
 #define BEYOND 0.0625

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The reflectance integral of any isotropic BRDF, adaptively, with an estimate of its error.
 //!
 //! E = ∫ f(l, v) w(l, v) (n·l) dω_l over the light directions of the upper hemisphere. Lobes of surfaces are narrow around

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A BRDF of one's own: GLSL that is compiled at run time and integrated adaptively on the device, with an estimate of the
 //! error of every texel.
 //!

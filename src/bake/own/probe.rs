@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a BRDF of one's own is like: how wide its lobe is, whether it has colours, and whether it obeys the laws of
 //! reflection, at sampled pairs of directions.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A BRDF of one's own as kernels of a device.
 
 use std::time::Instant;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The text of a BRDF of one's own.
 
 use std::path::{Path, PathBuf};

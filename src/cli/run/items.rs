@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a recipe comes to: one item for each bake, checked before any work.
 
 use std::collections::BTreeMap;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The keys of a recipe are the flags of `bake` and `env`: what clap knows of them is all that there is to know.
 
 use std::any::TypeId;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Cubes, turned or not.
 //!
 //! All edges are great circles, which a face shows as straight lines. A texel of the output is carried into the picture,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Exact resampling to a cube: every cube texel gets the mean radiance over its exact solid angle. Energy is kept,
 //! nothing aliases, and no filter width is guessed.
 //!

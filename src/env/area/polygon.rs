@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Means over convex spherical polygons, whatever the picture and however it is turned.
 
 use super::Rgb;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Upright pictures that lie alike in every quarter of every face: where the centres of the side faces fall between two
 //! columns and the equator between two rows.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Equirectangular pictures that are turned about any axis, or mirrored.
 //!
 //! Green's theorem as in [`super::upright`]: the integral over a texel is ∮ G dφ along its boundary. Here every line of a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Equirectangular pictures that are turned about the vertical only, if at all.
 //!
 //! The picture is piecewise constant between circles of latitude and meridians; a cube texel is bounded by great

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Cubes in DDS. Only the largest level is read.
 
 use std::io::BufReader;

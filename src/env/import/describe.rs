@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a baked file says of its input, so that a check can read the same input in the same way.
 
 use super::{Adjust, Color, Imported, Layout, Options};

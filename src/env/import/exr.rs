@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! OpenEXR: half and single floats, scan lines and tiles, any part or layer.
 //!
 //! Blocks are taken as they are decompressed and go straight to their place in the display window, so that the picture

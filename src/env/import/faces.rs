@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Six files, one a face.
 
 use std::path::{Path, PathBuf};

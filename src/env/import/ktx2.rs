@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Cubes in KTX2, plain or supercompressed with Zstandard or zlib. Only the largest level is read.
 
 use std::io::{Read, Seek, SeekFrom};

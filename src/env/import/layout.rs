@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What lies where in a picture. Every face keeps the axes of [`crate::term::cube`]: neighbours in a cross continue each
 //! other. Crosses are those of HDRShop and cmft:
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! PNG and JPEG: 8 or 16 bits a channel, as sRGB unless told otherwise. Alpha does not count.
 
 use std::io::{BufReader, Cursor, Read};

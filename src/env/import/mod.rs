@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Reading environments: pictures and cubes from files, as linear radiance.
 //!
 //! | file | content |

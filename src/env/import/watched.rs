@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A file that reports how far it has been read, that stops when the user cancels, and that tells whether it changed
 //! meanwhile: no decoder needs to know of any of it.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rectangles of an equirectangular picture. All integrals over them are closed: rows and columns separate.
 
 use std::f64::consts::{PI, TAU};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rectangles of a cube's faces, which lie below each other in rows of their own.
 //!
 //! Integrals over a texel are taken at 2 × 2 Gauss points of (s, t), which for faces of 128 texels and more leaves a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! An environment as a tree of moments, so that an integral over the sphere costs a few thousand nodes instead of
 //! millions of texels.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Blocks of 4 × 4 texels, which GPUs decode as they read them (Khronos Data Format Specification 1.3, the chapters on
 //! RGTC and BPTC).
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! IEEE 754 halves and singles, little endian.
 
 use half::f16;

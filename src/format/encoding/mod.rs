@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How texels are stored: components × representation, and what that costs in precision.
 //!
 //! A file a family: floats, integers, floats that share a word, colours with a range, blocks.

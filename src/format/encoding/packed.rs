@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Three floats without sign in a word of 32 bits, red lowest (Khronos Data Format Specification 1.3, the chapters on
 //! unsigned 10- and 11-bit floats and on shared exponents).
 

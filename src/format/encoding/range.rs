@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Radiance in four bytes: red, green and blue, and an alpha that says what they are to be multiplied with.
 //!
 //! With r the byte of a component and a that of alpha, both over 255:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Radiance's RGBE: mantissas of 8 bits that share one exponent (Ward 1991, Real Pixels).
 
 use super::{exp2i, exponent};

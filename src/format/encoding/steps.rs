@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How far apart the values lie that a file can hold.
 
 use super::{Encoding, Rounding};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Unsigned integers over [0, 1]: 8 or 16 bits a component, or 10 bits of red, green and blue in one word.
 
 /// The largest integer of 10 bits.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What each language calls an array, and how it looks a value up.
 
 use super::Facts;

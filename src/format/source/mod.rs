@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables as source code: an array with its sizes, everything that the meta says as comments, and, for single floats, a
 //! function that looks a value up between texels. Halves are written as their bits, to be handed to a GPU, and integers as they are stored.
 //!

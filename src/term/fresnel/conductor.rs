@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A conductor, in red, green and blue.
 
 use super::{Optics, Term, Weights};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A dielectric, light coming from the side of the lower refractive index.
 
 use super::{Optics, Term, Weights};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A thin film on a metal or a dielectric, whose two reflections interfere: iridescence.
 //!
 //! For one wavelength and polarisation, with the real reflection coefficient a at the film, z = rho exp(i delta) at the base

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A dielectric seen from inside: total reflection beyond the critical angle.
 
 use super::{Optics, Term, Weights};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Fresnel terms, one file each; the GLSL twin of `term/fresnel/x.rs` is `shaders/term/fresnel/x.glsl`. Terms that only the
 //! ring rule ([`crate::rule::rings`]) takes live in Rust alone: there the host evaluates them.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Total reflection.
 
 use super::{Optics, Term, Weights};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What F90 is multiplied with in a generalised Schlick term.
 
 use super::{Optics, Term, Weights};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! A dielectric's reflectance, rescaled to run from 0 at normal incidence to 1 at grazing.
 
 use super::dielectric::dielectric;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Schlick's approximation, split into what F0, F90 and an edge tint are multiplied with.
 
 use super::{Optics, Term, Weights};

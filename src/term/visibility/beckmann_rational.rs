@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Walter's rational approximation of Beckmann's separable Smith term.
 
 use super::{Bounded, Directions, Kinks, Visibility};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The fitted Smith term of Charlie.
 
 use std::f64::consts::FRAC_PI_3;

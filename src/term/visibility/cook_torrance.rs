@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! V-cavities.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The implicit geometry term.
 
 use super::{Bounded, Directions, Visibility};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Kelemen's and Szirmay-Kalos's approximation of V-cavities.
 
 use super::{Bounded, Directions, Visibility};

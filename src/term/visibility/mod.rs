@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Geometry terms as visibility, one file each; the GLSL twin of `term/visibility/x.rs` is
 //! `shaders/term/visibility/x.glsl`.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Neubelt's and Pettineo's denominator.
 
 use super::{Bounded, Directions, Visibility};

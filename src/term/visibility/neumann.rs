@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Neumann's geometry term.
 
 use super::{Bounded, Directions, Kinks, Visibility};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Schlick's approximation of Smith's separable term, k = alpha sqrt(2/pi).
 
 use super::{Bounded, Directions, Visibility};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Schlick's approximation of Smith's separable term, k = (roughness + 1)^2/8.
 
 use super::{Bounded, Directions, Visibility};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Schlick's approximation of Smith's separable term, k = alpha/2.
 
 use super::{Bounded, Directions, Visibility};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Smith's height-correlated masking and shadowing.
 
 use super::{Bounded, Directions, Visibility};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Smith's separable masking and shadowing.
 
 use super::{Bounded, Directions, Visibility};

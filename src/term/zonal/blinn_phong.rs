@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Blinn–Phong (Walter et al. 2007, Eq. 30) with the weight n·ω: D(θ_h) · max(n·ω, 0) without its constant. GLSL twin:
 //! `shaders/term/zonal/blinn_phong.glsl`.
 //!

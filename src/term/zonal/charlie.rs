@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Charlie (Estevez, Kulla 2017, Eq. 2) with the weight n·ω: D(θ_h) · max(n·ω, 0) without its constant. GLSL twin:
 //! `shaders/term/zonal/charlie.glsl`.
 //!

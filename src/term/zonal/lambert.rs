@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Lambert: max(n·ω, 0), so that a filtered environment is the irradiance over π. GLSL twin:
 //! `shaders/term/zonal/lambert.glsl`.
 //!

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Zonal kernels: what an environment is filtered with. The GLSL twin of `term/zonal/x.rs` is `shaders/term/zonal/x.glsl`.
 //!
 //! With view, normal and reflection equal (Karis 2013), a lobe around n depends on the direction ω only through

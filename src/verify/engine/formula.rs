@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How engines shade image-based light, read in their shaders.
 
 use super::Point;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The light of an environment that a surface reflects, in f64.
 
 use std::f64::consts::PI;

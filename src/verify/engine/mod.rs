@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What an engine should draw: spheres under an environment, shaded pixel by pixel in f64.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Spheres on a grid, seen along −Z without perspective.
 
 /// Spheres on a grid, the first one in the top left corner. A tile of the grid is one unit of length wide, and the middle

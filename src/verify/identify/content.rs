@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a component may hold, and how its numbers may be encoded.
 
 use std::f64::consts::TAU;

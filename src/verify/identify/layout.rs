@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Where a table's texels lie: what runs along each side, how it is warped, and where in its texel a value is taken.
 
 use crate::axis::{Coordinate, Warp};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The error of every component of a picture under a hypothesis that is known or was found.
 
 use rayon::prelude::*;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! What made this table? Tries every convention that the registries know on a picture of unknown origin: distribution,
 //! geometry term, channels, axes and their warps, transposed and flipped tables, positions in a texel, rows shifted by
 //! one, encodings.

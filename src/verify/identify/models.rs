@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The models that are tried, and a sketch of each: a coarse interpolation that is cheap to ask anywhere.
 
 use std::f64::consts::PI;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! From all conventions to the few that fit: sketches of every model on a coarse grid of texels first, then the rule
 //! itself on finer and finer grids for those that are left.
 

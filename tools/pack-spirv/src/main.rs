@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Writes the shaders that this build compiled to a folder, or compares a folder with them.
 //!
 //! ```text

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! How the bits of a block are laid out (Khronos Data Format Specification 1.3, the chapter on BPTC).
 
 use std::sync::LazyLock;

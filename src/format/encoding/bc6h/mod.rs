@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The encoder of BC6H blocks of halves without sign.
 //!
 //! A block has 128 bits: two ends of a line of colours and 16 steps between them for all 16 texels, or two lines of 8

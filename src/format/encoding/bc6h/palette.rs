@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The decoder's arithmetic, exact to the bit (Khronos Data Format Specification 1.3, the chapter on BPTC; unsigned).
 //!
 //! A *code* is an endpoint as a block stores it, 6 to 16 bits. It stands for a *level* from 0 to 65535. A texel's level

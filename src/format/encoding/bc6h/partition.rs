@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! The ways to split a block into two regions: the first 32 two-subset partitions of BPTC (Khronos Data Format
 //! Specification 1.3; OpenGL's `ARB_texture_compression_bptc` has the same).
 

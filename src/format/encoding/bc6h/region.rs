@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Texels that share a line of colours: the ends of the line, and where on it each texel lies.
 //!
 //! Indices for given ends follow from the values themselves, decoded as a GPU does it. Ends for given indices are a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bevy without a window: the spheres with maps of brdf-baker, and with those that Bevy filters at run time.
 //!
 //! `bevy-spheres FOLDER JOB` reads the test's files in FOLDER and writes `bevy-JOB.f32` there. Jobs: `ours`, `table` (our
