@@ -627,7 +627,7 @@ impl TableJob {
         let weights = stored.weights();
         let across = source.axes[0].warp.coordinate() == Coordinate::NDotV;
         let n = albedo.channels.len();
-        let into_range: Vec<_> = (0..n).map(|c| self.into_range(c)).collect();
+        let within_range: Vec<_> = (0..n).map(|c| self.within_range(c)).collect();
         let mut texels = Vec::with_capacity(self.axes[0].len as usize * n);
         for row in 0..self.axes[0].len {
             let mut sums = vec![0.0; n];
@@ -636,7 +636,7 @@ impl TableJob {
                 let texel = albedo.texel(0, 0, x, y);
                 sums.iter_mut().zip(texel).for_each(|(sum, v)| *sum += weight * f64::from(*v));
             }
-            texels.extend(sums.iter().zip(&into_range).map(|(sum, into_range)| into_range(*sum as f32)));
+            texels.extend(sums.iter().zip(&within_range).map(|(sum, within_range)| within_range(*sum as f32)));
         }
         let mut meta = self.meta(&Backend::Cpu);
         meta.set("of.sha256", Fingerprint::of_stored(albedo, encoding)?.sha256);
@@ -680,8 +680,8 @@ impl TableJob {
                 let detail = format!("value {bad} of {} of channel {} is {}", plane.len(), facts.name, plane[bad]);
                 return Err(Error::Gpu { op: format!("bake {}", self.table.facts().name), detail });
             }
-            let into_range = self.into_range(channel);
-            plane.iter_mut().for_each(|v| *v = into_range(*v));
+            let within_range = self.within_range(channel);
+            plane.iter_mut().for_each(|v| *v = within_range(*v));
             planes.push(plane);
         }
 
@@ -755,7 +755,7 @@ impl TableJob {
 
     /// What moves a value of a channel that rounding carried over the end of its range back to it. A value further out
     /// than the tolerance stays as it is, for the checks to find.
-    fn into_range(&self, channel: usize) -> impl Fn(f32) -> f32 {
+    fn within_range(&self, channel: usize) -> impl Fn(f32) -> f32 {
         let ([low, high], tolerance) = (self.range(channel), self.tolerance(channel).worst);
         move |value| {
             let inside = value.clamp(low, high);
