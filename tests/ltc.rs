@@ -90,8 +90,8 @@ fn magnitudes_are_right_where_published_ones_are_near() {
         .par_iter()
         .map(|(at, numbers)| {
             let (rule, truth) = (table.rule(&model, *at), table.truth(&model, *at, 1e-7));
-            for c in 0..4 {
-                let error = (rule[c] - truth.value[c]).abs();
+            for (c, (rule, truth_value)) in rule.iter().zip(truth.value).enumerate() {
+                let error = (rule - truth_value).abs();
                 assert!(error <= 1e-6 + truth.error && truth.error <= 1e-6, "{at:?} {c}: {error:e}");
             }
             [0, 1, 3].map(|c| (rule[c] - numbers[4 + c.min(2)]).abs())

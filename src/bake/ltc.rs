@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Linearly transformed cosines for area lights (Heitz, Dupuy, Hill, Neubelt 2016): the inverse matrix M⁻¹ over roughness
-//! and n·v, as [`crate::rule::ltc`] fits it. [`super::ltc_magnitude`] holds what belongs to it.
+//! and n·v, as [`crate::rule::ltc`] fits it. The table `ltc-magnitude` holds what belongs to it.
 //!
 //! M⁻¹ = (m00 0 m02; 0 1 0; m20 0 m22) in rows, over its middle entry; x points along the view's projection. A shader turns
 //! the light's polygon into that frame, multiplies by M⁻¹ and integrates the clamped cosine over what comes out. `fit-error`
