@@ -254,7 +254,9 @@ mod tests {
         assert!((at(Warp::Alpha) * at(Warp::Alpha) - third).abs() < 1e-15);
         for warp in Warp::ALL {
             let value = warp.value(0.3);
-            assert!((warp.position(value, value) - 0.3).abs() < 1e-15, "{}", warp.name());
+            let position = warp.position(value, value);
+            let is_of_either = matches!(warp.coordinate(), Coordinate::NDotV | Coordinate::Roughness);
+            assert!((position - 0.3).abs() < 1e-15 || !is_of_either && position.is_nan(), "{}", warp.name());
             assert_eq!(Warp::parse(warp.name()).expect("its own name"), warp);
             assert!(warp.formula().contains(warp.coordinate().name()), "{}", warp.name());
         }

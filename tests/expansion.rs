@@ -113,7 +113,7 @@ fn kinked_table_is_refused_and_auto_bakes_it_directly() {
     assert!(large.meta.get("rule").unwrap().starts_with("Chebyshev") && large.meta.get("rule.note").is_none());
 
     let error = request("average-albedo", 64, EXPANSION).resolve().err().unwrap();
-    assert!(error.to_string().contains("one axis"), "{error}");
+    assert!(error.to_string().contains("average-albedo is not expanded"), "{error}");
 }
 
 #[test]

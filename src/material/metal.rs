@@ -5,7 +5,7 @@ use super::fit::{self, Channel};
 use super::observer;
 use super::optical_constants::{self as data, Row};
 use crate::term::fresnel::conductor::conductor;
-use crate::term::fresnel::schlick::{F82_COS, edge};
+use crate::term::fresnel::schlick::{F82_COS, schlick_weight};
 
 /// A metal: names, measured index, and what others print for its reflectance.
 pub struct Metal {
@@ -23,6 +23,13 @@ pub struct Metal {
     pub agreement: f64,
     /// Why the two differ, where they do.
     pub note: &'static str,
+}
+
+/// b of the F82 tint, from the reflectance at normal incidence and that at [`F82_COS`], about 82°: F(c) = F0 + (1 − F0)(1 − c)⁵
+/// − b c (1 − c)⁶ goes through both. Domain: both in [0, 1].
+fn edge(f0: f64, at_82: f64) -> f64 {
+    let m = 1.0 - F82_COS;
+    (f0 + (1.0 - f0) * schlick_weight(m) - at_82) / (F82_COS * m * schlick_weight(m))
 }
 
 impl Metal {

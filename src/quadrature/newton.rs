@@ -48,15 +48,18 @@ pub fn newton<const N: usize>(
     let mut damping = DAMPING;
     for _ in 0..STEPS {
         let limits = longest(&at);
+        let mut too_long = false;
         loop {
             if damping > MOST_DAMPING {
-                return Minimum { at, value: here.value, converged: true };
+                return Minimum { at, value: here.value, converged: !too_long };
             }
             let step = step(&here, damping).filter(|s| s.iter().zip(limits).all(|(s, limit)| s.abs() <= limit));
             let Some(step) = step else {
                 damping = (4.0 * damping).max(DAMPING);
+                too_long = true;
                 continue;
             };
+            too_long = false;
             let next: [f64; N] = std::array::from_fn(|i| at[i] + step[i]);
             let small = step.iter().zip(limits).all(|(s, limit)| s.abs() <= SMALL * limit);
             let falls = value(&next) <= here.value;

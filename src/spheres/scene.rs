@@ -54,7 +54,7 @@ pub struct Sphere {
     pub roughness: f64,
     /// F0 of the dielectric.
     pub f0: f64,
-    /// What the F82 tint takes from the metal's edge, [`crate::term::fresnel::schlick::edge`]; 0 where Schlick's Fresnel is
+    /// What the F82 tint takes from the metal's edge, [`crate::material::Metal::f0_and_edge`]; 0 where Schlick's Fresnel is
     /// all that is known of it.
     pub edge: [f64; 3],
 }

@@ -14,9 +14,9 @@ pub fn compensation(f0: f64, albedo: f64) -> f64 {
 
 /// Specular reflection of one channel, from the split sum's parts of it: metallic · metal + (1 − metallic) · dielectric.
 /// `split` holds what F0 and F90 are multiplied with, and the tint that `edge` takes from a metal's
-/// ([`crate::term::fresnel::schlick::edge`]). `gain_metal` and `gain_dielectric` are their compensations, or 1.
+/// ([`crate::material::Metal::f0_and_edge`]). `gain_metal` and `gain_dielectric` are their compensations, or 1.
 pub fn specular(
-    [scale, bias, f82]: [f64; 3],
+    split: [f64; 3],
     base: f64,
     edge: f64,
     f0: f64,
@@ -24,6 +24,7 @@ pub fn specular(
     gain_metal: f64,
     gain_dielectric: f64,
 ) -> f64 {
+    let [scale, bias, f82] = split;
     let dielectric = (f0 * scale + bias) * gain_dielectric;
     let metal = (base * scale + bias - edge * f82) * gain_metal;
     dielectric + metallic * (metal - dielectric)

@@ -28,13 +28,6 @@ pub fn weights(v_dot_h: f64, _optics: &Optics) -> Weights {
 /// The cosine at which the F82 tint is largest.
 pub const F82_COS: f64 = 1.0 / 7.0;
 
-/// b of the tint, from the reflectance at normal incidence and that at [`F82_COS`], about 82°: F(c) = F0 + (1 − F0)(1 − c)⁵ −
-/// b c (1 − c)⁶ goes through both. Domain: both in [0, 1].
-pub fn edge(f0: f64, at_82: f64) -> f64 {
-    let m = 1.0 - F82_COS;
-    (f0 + (1.0 - f0) * schlick_weight(m) - at_82) / (F82_COS * m * schlick_weight(m))
-}
-
 /// Schlick's weight (1 − v·h)⁵ from m = 1 − v·h. Schlick 1994, Eq. 15: F = F0 + (F90 − F0)·weight.
 /// Domain: m in [0, 1]. GLSL twin `shaders/term/fresnel/schlick.glsl`.
 pub fn schlick_weight(m: f64) -> f64 {
