@@ -58,7 +58,7 @@ impl Metal {
     }
 
     /// Normal reflectance, clipped to [0, 1], and what the F82 tint takes from Schlick's Fresnel so that it has the
-    /// spectrum's reflectance at 82°, too ([`edge`]). Over all angles it then differs from the spectrum's by 0.025 at most,
+    /// spectrum's reflectance at 82°, too. Over all angles it then differs from the spectrum's by 0.025 at most,
     /// Schlick's by 0.20.
     pub fn f0_and_edge(&self) -> [[f64; 3]; 2] {
         let within = |rgb: [f64; 3]| rgb.map(|v| v.clamp(0.0, 1.0));
