@@ -106,7 +106,6 @@ fn one_command_bakes_all_tables_of_an_engine() {
 
     fails(here, &["bake", "set", "-o", "tables"], &["a set is that of an engine", "--for blender"]);
     fails(here, &["bake", "set", "--for", "bevy", "--size", "8"], &["--size does not go with a set", "bevy"]);
-    fails(here, &["bake", "set", "--for", "playcanvas"], &["playcanvas takes no tables", "env"]);
     fails(here, &["bake", "set", "--for", "bevy", "-o", "dfg.ktx2"], &["dfg.ktx2"]);
 }
 

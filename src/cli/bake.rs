@@ -176,10 +176,6 @@ impl BakeArgs {
                 "bake the table that should differ by its own name",
             ));
         }
-        if target.tables.is_empty() {
-            let what = format!("{} takes no tables: it computes its own", target.name);
-            return Err(Error::usage(what, "`brdf-baker env` has a preset for it"));
-        }
         let folder = self.output.clone().unwrap_or_else(|| ".".into());
         std::fs::create_dir_all(&folder).map_err(|e| Error::io("create", &folder, e))?;
         for preset in target.tables {
