@@ -43,7 +43,7 @@ if pack check "$work/damaged" 2>/dev/null; then fail 'a missing shader was not s
 # What is in the package.
 cargo package --quiet --locked --allow-dirty --no-verify --offline -p brdf-baker
 cargo package --quiet --locked --allow-dirty --offline -p brdf-baker --list >"$work/list"
-other=$(grep -vE '^(Cargo\.(toml(\.orig)?|lock)|\.cargo_vcs_info\.json|(CHANGELOG|CONTRIBUTING|README)\.md|LICENSE-(MIT|APACHE)|docs/[a-z-]+\.md|examples/[a-z_]+\.rs|(build|src|shaders|spirv)/.*)$' "$work/list" || true)
+other=$(grep -vE '^(Cargo\.(toml(\.orig)?|lock)|\.cargo_vcs_info\.json|(CHANGELOG|CONTRIBUTING|README)\.md|LICENSE-(MIT|APACHE)|docs/[a-z0-9-]+\.md|examples/[a-z_]+\.rs|build\.rs|(build|src|shaders|spirv)/.*)$' "$work/list" || true)
 [ -z "$other" ] || fail "unexpected files: $other"
 for file in LICENSE-MIT LICENSE-APACHE README.md build.rs shaders/probe.comp spirv/SOURCES src/lib.rs; do
     grep -qx "$file" "$work/list" || fail "$file is missing"
