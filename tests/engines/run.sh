@@ -15,16 +15,7 @@ export ENGINES="$PWD/tests/engines" WORK="$PWD/target/engines" BAKER="$PWD/targe
 export SPHERES="$PWD/target/release/examples/spheres"
 mkdir -p "$WORK"
 
-need() { # package, then a command that works when it is there
-    package=$1
-    shift
-    if ! "$@" >/dev/null 2>&1; then
-        echo "engines: installing $package"
-        if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
-        $sudo apt-get update -q && $sudo apt-get install -qy "$package"
-        "$@" >/dev/null || { echo "engines: $package is still missing" >&2; exit 1; }
-    fi
-}
+. scripts/need.sh
 need nodejs node --version
 need npm npm --version
 need chromium "${CHROMIUM:-chromium}" --version

@@ -8,11 +8,8 @@ cd "$(dirname "$0")/../.."
 work=$PWD/target/farm
 mkdir -p "$work"
 
-if ! python3 -c 'import ensurepip, venv' >/dev/null 2>&1; then
-    echo "farm: installing python3-venv"
-    if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
-    $sudo apt-get update -q && $sudo apt-get install -qy python3-venv
-fi
+. scripts/need.sh
+need python3-venv python3 -c 'import ensurepip, venv'
 if ! cmp -s tests/farm/requirements.txt "$work/venv/requirements.txt"; then
     rm -rf "$work/venv"
     python3 -m venv "$work/venv"
@@ -20,6 +17,8 @@ if ! cmp -s tests/farm/requirements.txt "$work/venv/requirements.txt"; then
     cp tests/farm/requirements.txt "$work/venv/"
 fi
 
-cargo build --quiet --release --bin brdf-baker
+# With what `make` builds with, so that nothing is built twice.
+# shellcheck disable=SC2046 # flags are words
+cargo build --quiet --release $(sh scripts/setup.sh --cargo-flags) --bin brdf-baker
 rm -rf "$work/studio"
 "$work/venv/bin/python" tests/farm/check.py "$PWD/target/release/brdf-baker" "$work/venv/bin/openjd" "$work/studio"

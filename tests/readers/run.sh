@@ -11,16 +11,7 @@ work=$PWD/target/readers
 samples=$work/samples
 mkdir -p "$work"
 
-need() { # package, then a command that works when it is there
-    package=$1
-    shift
-    if ! "$@" >/dev/null 2>&1; then
-        echo "readers: installing $package"
-        if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
-        $sudo apt-get update -q && $sudo apt-get install -qy "$package"
-        "$@" >/dev/null || { echo "readers: $package is still missing" >&2; exit 1; }
-    fi
-}
+. scripts/need.sh
 need python3-venv python3 -c 'import ensurepip, venv'
 need nodejs node --version
 need npm npm --version

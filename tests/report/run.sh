@@ -5,16 +5,8 @@
 set -eu
 cd "$(dirname "$0")/../.."
 
-need() { # package, then a command that works when it is there
-    package=$1
-    shift
-    if ! "$@" >/dev/null 2>&1; then
-        echo "report: installing $package"
-        if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
-        $sudo apt-get update -q && $sudo apt-get install -qy --no-install-recommends "$package"
-        "$@" >/dev/null || { echo "report: $package is still missing" >&2; exit 1; }
-    fi
-}
+NEED_FLAGS=--no-install-recommends
+. scripts/need.sh
 need nodejs node --version
 need chromium chromium --version
 

@@ -6,20 +6,14 @@
 set -eu
 cd "$(dirname "$0")/../.."
 
-need() { # package, then a command that works when it is there
-    package=$1
-    shift
-    if ! "$@" >/dev/null 2>&1; then
-        echo "view: installing $package"
-        if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
-        $sudo apt-get update -q && $sudo apt-get install -qy --no-install-recommends "$package"
-        "$@" >/dev/null || { echo "view: $package is still missing" >&2; exit 1; }
-    fi
-}
+NEED_FLAGS=--no-install-recommends
+. scripts/need.sh
 need nodejs node --version
 need chromium "${CHROMIUM:-chromium}" --version
 
-cargo build --quiet --release
+# With what `make` builds with, so that nothing is built twice.
+# shellcheck disable=SC2046 # flags are words
+cargo build --quiet --release $(sh scripts/setup.sh --cargo-flags)
 rm -rf target/view
 mkdir -p target/view
 target/release/brdf-baker sky -o target/view/sky.exr --size 256 --elevation 25 --sun-disc --exposure -5
