@@ -46,25 +46,30 @@ const TERMS: [&str; 7] = [
     "rescaled:ior=7",
 ];
 
-#[test]
-fn weights_of_schlick_are_within_their_bounds_of_the_truth() {
-    let table = table("schlick-weight").unwrap();
-    for text in TERMS {
+/// Holds the first `values` of a table's rule to its truth at every place, known to `share` of the bounds.
+fn within_bounds_of_the_truth(name: &str, terms: &[&str], list: &[At], values: usize, share: f64) {
+    let table = table(name).unwrap();
+    for text in terms {
         let model = model(text);
         let bounds = model.tolerance(&table.facts().tolerance);
-        let list = places(8);
         let errors: Vec<(f64, At)> = list
             .par_iter()
             .map(|at| {
-                let (rule, truth) = (table.rule(&model, *at), table.truth(&model, *at, 0.1 * bounds.worst));
+                let (rule, truth) = (table.rule(&model, *at), table.truth(&model, *at, share * bounds.worst));
                 assert!(truth.error <= bounds.worst, "{text} {at:?}: truth {:e}", truth.error);
-                ((rule[0] - truth.value[0]).abs(), *at)
+                let error = (0..values).map(|c| (rule[c] - truth.value[c]).abs()).fold(0.0, f64::max);
+                (error, *at)
             })
             .collect();
         let (worst, at) = errors.iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-        println!("schlick-weight {text}: worst {worst:.1e} at {at:?}, of {} places", errors.len());
+        println!("{name} {text}: worst {worst:.1e} at {at:?}, of {} places", errors.len());
         assert!(*worst <= bounds.at(*at), "{text} {at:?}: {worst:e}");
     }
+}
+
+#[test]
+fn weights_of_schlick_are_within_their_bounds_of_the_truth() {
+    within_bounds_of_the_truth("schlick-weight", &TERMS, &places(8), 1, 0.1);
 }
 
 #[test]
@@ -285,24 +290,7 @@ const FILMS: [&str; 4] = [
 
 #[test]
 fn films_are_within_their_bounds_of_the_truth() {
-    let table = table("albedo").unwrap();
-    for text in FILMS {
-        let model = model(text);
-        let bounds = model.tolerance(&table.facts().tolerance);
-        let list = places(4);
-        let errors: Vec<(f64, At)> = list
-            .par_iter()
-            .map(|at| {
-                let (rule, truth) = (table.rule(&model, *at), table.truth(&model, *at, 0.2 * bounds.worst));
-                assert!(truth.error <= bounds.worst, "{text} {at:?}: truth {:e}", truth.error);
-                let error = (0..4).map(|c| (rule[c] - truth.value[c]).abs()).fold(0.0, f64::max);
-                (error, *at)
-            })
-            .collect();
-        let (worst, at) = errors.iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-        println!("albedo {text}: worst {worst:.1e} at {at:?}, of {} places", errors.len());
-        assert!(*worst <= bounds.at(*at), "{text} {at:?}: {worst:e}");
-    }
+    within_bounds_of_the_truth("albedo", &FILMS, &places(4), 4, 0.2);
 }
 
 #[test]

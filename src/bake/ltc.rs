@@ -13,10 +13,9 @@
 use rayon::prelude::*;
 
 use super::albedo::channel;
-use super::{At, Backend, Channel, Derived, Facts, MAX_CHANNELS, Model, Table, TexelLaw, Tolerance, Usual, Values};
+use super::{At, Channel, Derived, Facts, MAX_CHANNELS, Model, Table, TexelLaw, Tolerance, Usual, Values};
 use crate::axis::{Coordinate, Points, Warp};
 use crate::error::{Error, Result};
-use crate::progress::{OnProgress, watched};
 use crate::quadrature::adaptive::Estimate;
 use crate::rule::lobe_nodes::{Fineness, LobeNodes};
 use crate::rule::ltc::{FIT, Fit, Inverse, fit};
@@ -217,25 +216,6 @@ impl Table for Ltc {
 
     fn truth(&self, model: &Model, at: At, _tolerance: f64) -> Estimate<MAX_CHANNELS> {
         Estimate { value: best(model, at, FINE).inverse.0, error: TRUTH }
-    }
-
-    fn bake(
-        &self,
-        model: &Model,
-        n_dot_v: &[f64],
-        roughness: &[f64],
-        _backend: &Backend,
-        on: &mut OnProgress<'_>,
-    ) -> Result<Vec<f32>> {
-        let columns = n_dot_v.len();
-        let fits = watched(on, "ltc", columns * roughness.len(), |watch| -> Vec<Values> {
-            let texel = |i: usize| {
-                let at = At { n_dot_v: n_dot_v[i % columns], roughness: roughness[i / columns] };
-                if watch.cancelled() { Values::default() } else { self.rule(model, at) }
-            };
-            (0..columns * roughness.len()).into_par_iter().map(texel).collect()
-        })?;
-        Ok(fits.into_iter().flatten().map(|v| v as f32).collect())
     }
 
     fn truth_name(&self) -> &'static str {

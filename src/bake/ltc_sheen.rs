@@ -9,13 +9,10 @@
 //! Axes as published: n·v to the right, alpha down, both limits included; n·v and alpha are at least 0.01,
 //! alpha 0.07 of distributions whose facets stand upright.
 
-use rayon::prelude::*;
-
 use super::ltc::{FITTED, LEAST_UPRIGHT_ALPHA, check};
-use super::{At, Backend, Channel, Derived, Facts, MAX_CHANNELS, Model, Table, Tolerance, Usual, Values};
+use super::{At, Channel, Derived, Facts, MAX_CHANNELS, Model, Table, Tolerance, Usual, Values};
 use crate::axis::{Coordinate, Points, Warp};
 use crate::error::{Error, Result};
-use crate::progress::{OnProgress, watched};
 use crate::quadrature::adaptive::Estimate;
 use crate::rule::fibre_layer::FibreLayer;
 use crate::rule::lobe_nodes::{Fineness, LobeNodes};
@@ -141,25 +138,6 @@ const USUAL: Usual = Usual {
     on_processor: true,
 };
 
-/// Every texel by `rule`.
-fn bake(
-    stage: &str,
-    n_dot_v: &[f64],
-    roughness: &[f64],
-    on: &mut OnProgress<'_>,
-    rule: impl Fn(At) -> Values + Sync + Send,
-) -> Result<Vec<f32>> {
-    let columns = n_dot_v.len();
-    let texels = watched(on, stage, columns * roughness.len(), |watch| -> Vec<Values> {
-        let texel = |i: usize| {
-            let at = At { n_dot_v: n_dot_v[i % columns], roughness: roughness[i / columns] };
-            if watch.cancelled() { Values::default() } else { rule(at) }
-        };
-        (0..columns * roughness.len()).into_par_iter().map(texel).collect()
-    })?;
-    Ok(texels.into_iter().flatten().map(|v| v as f32).collect())
-}
-
 impl Table for LtcSheen {
     fn facts(&self) -> &'static Facts {
         &FACTS
@@ -198,17 +176,6 @@ impl Table for LtcSheen {
 
     fn truth_name(&self) -> &'static str {
         "the same fit over other nodes, reflectance by adaptive f64 integration"
-    }
-
-    fn bake(
-        &self,
-        model: &Model,
-        n_dot_v: &[f64],
-        roughness: &[f64],
-        _backend: &Backend,
-        on: &mut OnProgress<'_>,
-    ) -> Result<Vec<f32>> {
-        bake("ltc-sheen", n_dot_v, roughness, on, |at| self.rule(model, at))
     }
 }
 
@@ -257,16 +224,5 @@ impl Table for LtcSheenFibres {
 
     fn truth_name(&self) -> &'static str {
         "the same fit over other nodes, reflectance by adaptive f64 integration"
-    }
-
-    fn bake(
-        &self,
-        model: &Model,
-        n_dot_v: &[f64],
-        roughness: &[f64],
-        _backend: &Backend,
-        on: &mut OnProgress<'_>,
-    ) -> Result<Vec<f32>> {
-        bake("ltc-sheen-fibres", n_dot_v, roughness, on, |at| self.rule(model, at))
     }
 }

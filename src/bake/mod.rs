@@ -45,7 +45,7 @@ use self::slice_axis::Kind;
 use crate::axis::{Axis, Coordinate, Points, Warp};
 use crate::error::{Error, Result, nearest};
 use crate::format::{Encoding, Fingerprint, Steps};
-use crate::progress::OnProgress;
+use crate::progress::{OnProgress, watched};
 use crate::quadrature::adaptive::Estimate;
 use crate::term::fresnel::{Fresnel, WEIGHTS};
 use crate::texture::{Meta, Shape, Texture};
@@ -226,15 +226,25 @@ pub trait Table: Sync {
     /// Independent adaptive integration, to about `tolerance`.
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS>;
     /// [`MAX_CHANNELS`] values as `f32` for every roughness (rows) and every n·v (columns; one column if the table has no
-    /// such axis).
+    /// such axis). Of a table without a kernel, as this is, the rule at every texel on the processor.
     fn bake(
         &self,
         model: &Model,
         n_dot_v: &[f64],
         roughness: &[f64],
-        backend: &Backend,
+        _backend: &Backend,
         on: &mut OnProgress<'_>,
-    ) -> Result<Vec<f32>>;
+    ) -> Result<Vec<f32>> {
+        let columns = n_dot_v.len();
+        let texels = watched(on, self.facts().name, columns * roughness.len(), |watch| -> Vec<Values> {
+            let texel = |i: usize| {
+                let at = At { n_dot_v: n_dot_v[i % columns], roughness: roughness[i / columns] };
+                if watch.cancelled() { Values::default() } else { self.rule(model, at) }
+            };
+            (0..columns * roughness.len()).into_par_iter().map(texel).collect()
+        })?;
+        Ok(texels.into_iter().flatten().map(|v| v as f32).collect())
+    }
 }
 
 /// Every table, in the order of their documentation.

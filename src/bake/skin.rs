@@ -15,13 +15,10 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
 
-use rayon::prelude::*;
-
 use super::albedo::channel;
-use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
+use super::{At, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
 use crate::axis::Coordinate;
 use crate::error::{Error, Result};
-use crate::progress::{OnProgress, tick};
 use crate::quadrature::adaptive::{Estimate, integrate};
 use crate::quadrature::gauss_legendre::{Node, gauss_legendre};
 use crate::term::fresnel::Fresnel;
@@ -142,25 +139,6 @@ impl Table for Skin {
         });
         let [r, g, b, lit_r, lit_g, lit_b] = found.value;
         Estimate { value: values([lit_r / r, lit_g / g, lit_b / b]), error: 2.0 * found.error / r.min(g).min(b) }
-    }
-
-    fn bake(
-        &self,
-        _model: &Model,
-        n_dot_l: &[f64],
-        curvature: &[f64],
-        _backend: &Backend,
-        on: &mut OnProgress<'_>,
-    ) -> Result<Vec<f32>> {
-        let mut texels = Vec::with_capacity(n_dot_l.len() * curvature.len() * MAX_CHANNELS);
-        for (i, curvature_per_mm) in curvature.iter().enumerate() {
-            tick(on, "skin", i as f64 / curvature.len() as f64)?;
-            let row: Vec<Values> =
-                n_dot_l.par_iter().map(|n_dot_l| values(skin(*n_dot_l, *curvature_per_mm))).collect();
-            texels.extend(row.into_iter().flatten().map(|v| v as f32));
-        }
-        tick(on, "skin", 1.0)?;
-        Ok(texels)
     }
 }
 
