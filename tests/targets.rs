@@ -72,7 +72,7 @@ fn one_command_bakes_the_table_of_an_engine() {
             }
             // By the engine's own name: it may have several of one table.
             // Fits take seconds at full size.
-            let is_fit = table(preset.table).unwrap().usual().on_processor;
+            let is_fit = table(preset.table).unwrap().usual().is_fit;
             let size = if is_fit { &["--size", "6"][..] } else { &[] };
             let lines = json(here, &[&["bake", preset.stem, "--for", target.name], size].concat());
             let file = format!("{}.{}", preset.stem, preset.extension);

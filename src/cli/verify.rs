@@ -7,7 +7,7 @@ use brdf_baker::bake::own::SOURCE_SHA256;
 use brdf_baker::bake::{TableJob, VolumeJob};
 use brdf_baker::format::{Output, Steps};
 use brdf_baker::progress::Progress;
-use brdf_baker::texture::{Shape, Texture};
+use brdf_baker::texture::Texture;
 use brdf_baker::verify::certificate::{Certificate, Verdict};
 use brdf_baker::verify::table::{Extent, TableReport, check};
 use brdf_baker::{Error, Result, report};
@@ -91,8 +91,7 @@ impl VerifyArgs {
             }
             return super::own::verify(checked, glsl, &texture, encoding, certificate, global, console);
         }
-        let is_table = matches!(texture.shape, Shape::Table | Shape::Volume { .. });
-        if !is_table {
+        if !texture.shape.is_table() {
             let source = self.source.as_deref();
             return super::verify_environment::run(checked, source, &texture, encoding, certificate, console);
         }
