@@ -12,7 +12,7 @@ use brdf_baker::format::{self, Encoding, Format, Output, Repr, Storage};
 use brdf_baker::material;
 use brdf_baker::progress::OnProgress;
 use brdf_baker::recipe::Origin;
-use brdf_baker::target::{self, Choice};
+use brdf_baker::target::{self, Choice, OF_SET, SET};
 use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::texture::{Shape, Texture};
 use brdf_baker::verify::table::{Extent, TableReport, check};
@@ -21,11 +21,9 @@ use serde_json::json;
 
 use super::console::Console;
 use super::device::Device;
+use super::given::Given;
 use super::own::{OwnArgs, Wanted};
 use super::storage::{self, StorageArgs};
-
-/// The name that stands for all tables of an engine.
-const SET: &str = "set";
 
 #[derive(clap::Args, Clone)]
 pub struct BakeArgs {
@@ -155,35 +153,35 @@ pub struct BakePlan {
     choice: Choice,
 }
 
-impl BakeArgs {
-    pub fn run(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
-        match self.table.as_str() {
-            SET => self.run_set(device, console),
-            _ => {
-                let asked = self.asked(Path::new(""))?;
-                if !asked.own.given() {
-                    return asked.plan()?.run(device, None, console);
-                }
-                if !asked.behind.is_empty() {
-                    let what = "a BRDF of one's own has no layers";
-                    return Err(Error::usage(what, "bake one table after the other"));
-                }
-                if let Some(map) = asked.map {
-                    let what = format!("a BRDF of one's own has no axis {map} over slices");
-                    return Err(Error::usage(what, "leave it out of --axes"));
-                }
-                let Asked { request, choice, path, encoding, preset, storage, own, .. } = asked;
-                own.bake(Wanted { request, choice, path, encoding, preset, storage }, device, console)
-            }
-        }
+/// Carries out what was asked for.
+pub fn run(bake: Given<BakeArgs>, device: &Device<'_>, console: &mut Console) -> Result<()> {
+    let Given { arguments, names } = bake;
+    if arguments.table == SET {
+        return arguments.run_set(&names, device, console);
     }
+    let asked = arguments.asked(Path::new(""))?;
+    if !asked.own.given() {
+        return asked.plan()?.run(device, None, console);
+    }
+    if !asked.behind.is_empty() {
+        return Err(Error::usage("a BRDF of one's own has no layers", "bake one table after the other"));
+    }
+    if let Some(map) = asked.map {
+        let what = format!("a BRDF of one's own has no axis {map} over slices");
+        return Err(Error::usage(what, "leave it out of --axes"));
+    }
+    let Asked { request, choice, path, encoding, preset, storage, own, .. } = asked;
+    own.bake(Wanted { request, choice, path, encoding, preset, storage }, device, console)
+}
 
+impl BakeArgs {
     /// Bakes every table of an engine, one file after the other: each appears whole or not at all.
-    fn run_set(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
+    /// `given` names the arguments that the user gave.
+    fn run_set(self, given: &[String], device: &Device<'_>, console: &mut Console) -> Result<()> {
         let Some(target) = self.target.as_deref().map(target::parse).transpose()? else {
             return Err(Error::usage("a set is that of an engine", "name it, e.g. bake set --for blender -o FOLDER"));
         };
-        if let Some(name) = self.altered() {
+        if let Some(name) = given.iter().find(|name| !OF_SET.contains(&name.as_str())) {
             return Err(Error::usage(
                 format!("--{name} does not go with a set, whose tables are as {} takes them", target.name),
                 "bake the table that should differ by its own name",
@@ -197,33 +195,6 @@ impl BakeArgs {
             one.plan(Path::new(""))?.run(device, None, console)?;
         }
         Ok(())
-    }
-
-    /// An argument that makes a table differ from what an engine takes.
-    fn altered(&self) -> Option<&'static str> {
-        let given = [
-            ("size", self.size.is_some()),
-            ("ndf", self.ndf.is_some()),
-            ("visibility", self.visibility.is_some()),
-            ("ior", self.ior.is_some()),
-            ("eta-k", self.eta_k.is_some()),
-            ("material", self.material.is_some()),
-            ("exponent", self.exponent.is_some()),
-            ("f0", self.f0.is_some()),
-            ("film", self.film.is_some()),
-            ("roughness", self.roughness.is_some()),
-            ("axes", self.axes.is_some()),
-            ("slices", self.slices.is_some()),
-            ("points", self.points.is_some()),
-            ("flip-v", self.flip_v.is_some()),
-            ("exact-rows", self.exact_rows),
-            ("channels", self.channels.is_some()),
-            ("encoding", self.encoding.is_some()),
-            ("of", self.of.is_some()),
-            ("rule", self.rule.is_some()),
-            ("glsl", self.own.given()),
-        ];
-        given.into_iter().find(|(_, is)| *is).map(|(name, _)| name)
     }
 
     /// Refuses everything that can be refused before any work. `folder` is where a file goes that the target names.

@@ -106,9 +106,7 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
             let about = |encoding| {
                 let holders: Vec<String> = formats()
                     .iter()
-                    .filter(|f| {
-                        SHAPES.iter().any(|(shape, _)| f.encodings(*shape).contains(encoding))
-                    })
+                    .filter(|f| SHAPES.iter().any(|(shape, _)| f.encodings(*shape).contains(encoding)))
                     .map(|f| format!(".{}", f.extension()))
                     .collect();
                 holders.join(" ")

@@ -54,7 +54,8 @@ impl Format for Exr {
         let encoding = storage.encoding;
         let parts = texture.shape.slices().map_or(texture.levels.len(), |slices| slices as usize);
         if parts > MAX_PARTS {
-            let what = format!("cannot write '{}': {parts} parts are more than the {MAX_PARTS} that are read", path.display());
+            let what =
+                format!("cannot write '{}': {parts} parts are more than the {MAX_PARTS} that are read", path.display());
             return Err(Error::usage(what, "write a .ktx2 or .dds file"));
         }
         let parts: e::Layers<_> = (0..parts).map(|i| part(texture, i, encoding)).collect();
@@ -226,7 +227,11 @@ fn from_parts(path: &Path, parts: &[Part]) -> Result<(Texture, Encoding)> {
         _ if are_layers => (Shape::Array { layers: parts.len() as u32 }, rows),
         _ if are_slices => (Shape::Volume { depth: parts.len() as u32 }, rows),
         _ if parts.len() == 1 => (Shape::Table, rows),
-        _ => return Err(wrong("it has several parts that are neither layers, slices, nor the mips of a cube or of a map of the sphere")),
+        _ => {
+            return Err(wrong(
+                "it has several parts that are neither layers, slices, nor the mips of a cube or of a map of the sphere",
+            ));
+        }
     };
 
     let mut texture = Texture { shape, width: width as u32, height: height as u32, channels, levels: vec![], meta };

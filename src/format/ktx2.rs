@@ -190,7 +190,11 @@ impl Format for Ktx2 {
             (1, 0, layers) => Shape::Array { layers },
             (1, depth, 0) if header.pixel_height > 0 => Shape::Volume { depth },
             (6, 0, 0) if width == height => Shape::Cube,
-            _ => return Err(wrong("it is neither a 2-D texture, an array of such or a 3-D texture, nor a plain cube".into())),
+            _ => {
+                return Err(wrong(
+                    "it is neither a 2-D texture, an array of such or a 3-D texture, nor a plain cube".into(),
+                ));
+            }
         };
 
         // The crate's parser panics on a texel block of 256 texels (ktx2 0.5.0), so the descriptor is looked at first.

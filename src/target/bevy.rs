@@ -3,7 +3,8 @@
 
 use super::{Beside, Content, EnvironmentPreset, Mips, TablePreset, Target};
 
-const AREA_LIGHTS: &str = "// Cargo.toml: bevy 0.19 or later with the features area_light_luts and ktx2; after the plugins:
+const AREA_LIGHTS: &str =
+    "// Cargo.toml: bevy 0.19 or later with the features area_light_luts and ktx2; after the plugins:
 let image: Handle<Image> = app.world().resource::<AssetServer>().load(\"{file}\");
 app.sub_app_mut(RenderApp).insert_resource(bevy::pbr::AreaLightLuts { image });";
 

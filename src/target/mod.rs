@@ -25,6 +25,11 @@ use crate::error::{Error, Result, nearest};
 use crate::format::{self, Encoding, Format};
 use crate::texture::{Meta, Shape};
 
+/// The name that stands for all tables of an engine.
+pub const SET: &str = "set";
+/// The flags and the keys of recipes that go with it: all others would make its tables differ from what the engine takes.
+pub const OF_SET: [&str; 5] = ["table", "for", "output", "compression", "bc-quality"];
+
 /// An engine.
 pub struct Target {
     /// The name used on the command line and in files.
