@@ -79,7 +79,12 @@ fn stored(written: &Texture, format: &dyn Format, encoding: Encoding) -> Texture
         // DDS has the encoding's components, NumPy the channels that there are.
         let found = if format.name() == "DDS" { encoding.components } else { n };
         stored.channels = ["r", "g", "b", "a"][..found].iter().map(|c| c.to_string()).collect();
-        stored.shape = if written.shape == Shape::Map { Shape::Table } else { written.shape };
+        stored.shape = match written.shape {
+            Shape::Map => Shape::Table,
+            // An array of numbers is an array of numbers.
+            Shape::Array { layers } if format.name() == "NumPy" => Shape::Volume { depth: layers },
+            other => other,
+        };
     }
     for (i, level) in stored.levels.iter_mut().enumerate() {
         let pictures = Pictures::of(written, i);
@@ -134,10 +139,7 @@ fn texture(shape: Shape, (width, height): (u32, u32), channels: usize, repr: Rep
     let mut random = Random(seed);
     let names = ["scale", "bias", "z", "w"][..channels].iter().map(|s| s.to_string()).collect();
     let mut texture = Texture { shape, width, height, channels: names, levels: vec![], meta: odd_meta() };
-    let levels = match shape {
-        Shape::Table | Shape::Volume { .. } => 1,
-        Shape::Map | Shape::Cube => width.ilog2() as usize + 1,
-    };
+    let levels = if shape.is_table() { 1 } else { width.ilog2() as usize + 1 };
     if shape == Shape::Map {
         texture.meta.set("projection", if width == height { "octahedral" } else { "equirect" });
     }
@@ -216,6 +218,10 @@ fn combinations() -> Vec<(&'static dyn Format, Texture, Encoding)> {
             (Shape::Cube, (8, 8)),
             (Shape::Cube, (1, 1)),
             (Shape::Cube, (5, 5)),
+            (Shape::Volume { depth: 3 }, (4, 5)),
+            (Shape::Volume { depth: 6 }, (3, 3)),
+            (Shape::Array { layers: 2 }, (7, 5)),
+            (Shape::Array { layers: 6 }, (4, 4)),
         ] {
             for encoding in format.encodings(shape) {
                 for channels in 1..=encoding.components {
@@ -237,9 +243,10 @@ fn combinations() -> Vec<(&'static dyn Format, Texture, Encoding)> {
 #[test]
 fn written_is_read_back_bit_by_bit() {
     let all = combinations();
-    // Channels of every encoding, tables and others.
-    let (ktx2, exr, hdr, png) = (6 * 52 + 6 * 32, 12 * 14, 9 * 3, 6 * 25 + 3 * 9);
-    let (dds, ktx1, env, npy, text) = (6 * 43 + 3 * 23, 6 * 33 + 6 * 23, 2 * 3, 12 * 14, 9 * 14 + 6 * 9 * 24);
+    // Channels of every encoding, tables and arrays, volumes, and others.
+    let (ktx2, exr, hdr, png) = (8 * 52 + 2 * 46 + 6 * 32, 16 * 14, 9 * 3, 6 * 25 + 3 * 9);
+    let (dds, ktx1, env) = (8 * 43 + 2 * 37 + 3 * 23, 6 * 33 + 6 * 23, 2 * 3);
+    let (npy, text) = (16 * 14, 13 * 14 + 6 * 13 * 24);
     assert_eq!(all.len(), ktx2 + exr + hdr + png + dds + ktx1 + env + npy + text, "a combination is missing");
     for (format, written, encoding) in all {
         let what =

@@ -119,7 +119,7 @@ impl VerifyArgs {
                 (job.clone(), layers.layer(&texture, i as usize))
             }
             (None, Some(_)) => {
-                return Err(named(Error::usage("its layers are not tables of their own", "drop --layer")));
+                return Err(named(Error::usage("it has no layers that are tables of their own", "drop --layer")));
             }
             (None, None) => match VolumeJob::from_meta(&texture).map_err(named)? {
                 Some(volume) => return verify_volume(checked, &volume, &texture, steps, certificate, console),
