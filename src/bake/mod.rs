@@ -212,6 +212,10 @@ pub trait Table: Sync {
     fn law(&self) -> Option<&'static TexelLaw> {
         None
     }
+    /// The same table without what none of these of its values needs; `None` where all are computed at once.
+    fn narrowed(&self, _values: &[usize]) -> Option<&'static dyn Table> {
+        None
+    }
     /// What [`Table::truth`] is, in words.
     fn truth_name(&self) -> &'static str {
         "adaptive f64 integration"
@@ -257,8 +261,8 @@ pub static TABLES: &[&dyn Table] = &[
     &split_sum::SplitSum,
     &albedo::Albedo,
     &average_albedo::AverageAlbedo,
-    &glass::Glass,
-    &glass_average::GlassAverage,
+    &glass::GLASS,
+    &glass_average::GLASS_AVERAGE,
     &schlick_weight::SchlickWeight,
     &kulla_conty::KullaConty,
     &turquin::Turquin,
@@ -505,6 +509,9 @@ impl TableRequest {
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
         }
+        let values: Option<Vec<usize>> =
+            channels.iter().filter(|source| source.is_of_table()).map(Source::value).collect();
+        let table = values.and_then(|values| table.narrowed(&values)).unwrap_or(table);
         Ok(TableJob { table, model, axes, channels, roughness, of: self.of, rule: self.rule })
     }
 }
