@@ -86,6 +86,11 @@ impl Texture {
 pub struct Meta(Vec<(String, String)>);
 
 impl Meta {
+    /// Pairs of which no two have the same key.
+    pub(crate) fn of_distinct<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> Meta {
+        Meta(pairs.map(|(key, value)| (key.into(), value.into())).collect())
+    }
+
     /// Sets a key; a key that exists keeps its place.
     pub fn set(&mut self, key: &str, value: impl ToString) {
         let value = value.to_string();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Array textures: tables in the layers of one file, and the slices of a table over three axes as layers. What they hold, who
-//! reads them, and that a fault in any layer is found.
+//! reads them. Faults in layers are in tests/faults.rs.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -56,10 +56,6 @@ fn baked(job: &LayersJob) -> Texture {
     job.run(&vec![&Backend::Cpu; job.layers().len()], &mut ignore).expect("a bake")
 }
 
-fn failures(job: &LayersJob, texture: &Texture) -> Vec<String> {
-    job.check(texture, None, Extent::Spot, &mut ignore).expect("a check").all.failures
-}
-
 #[test]
 fn each_layer_is_its_table() {
     let job = layers();
@@ -81,7 +77,8 @@ fn each_layer_is_its_table() {
     assert_eq!((texture.meta.get("ndf"), texture.meta.get("layer0.ndf")), (Some("ggx"), None), "said once for all");
     let again = LayersJob::from_meta(&texture).expect("sound").expect("of tables");
     assert_eq!((again.name(), again.rule_name()), (job.name(), job.rule_name()));
-    assert_eq!(failures(&again, &texture), Vec::<String>::new());
+    let found = again.check(&texture, None, Extent::Spot, &mut ignore).expect("a check");
+    assert_eq!(found.all.failures, Vec::<String>::new());
 }
 
 #[test]
@@ -104,36 +101,6 @@ fn what_does_not_go_together_is_refused() {
     let refused = |volume: VolumeJob| volume.stacked(Stacking::Array).err().expect("refused").to_string();
     assert!(refused(volume((4, 4), 1)).contains("at least two layers"));
     assert!(refused(volume((4, 1), 3)).contains("is flat"));
-}
-
-/// Of each fault the layer that is named.
-#[test]
-fn faults_in_any_layer_are_seen() {
-    let job = layers();
-    let sound = baked(&job);
-    let half = sound.levels[0].len() / 2;
-    assert_eq!(failures(&job, &sound), Vec::<String>::new());
-    let fault = |change: &dyn Fn(&mut [f32])| {
-        let mut texture = sound.clone();
-        change(&mut texture.levels[0]);
-        failures(&job, &texture)
-    };
-    let swapped = fault(&|texels| texels.rotate_left(half));
-    for layer in ["layer 0, split-sum: ", "layer 1, albedo: "] {
-        assert!(swapped.iter().any(|f| f.starts_with(layer)), "{swapped:?}");
-    }
-    for (layer, name) in [(0, "layer 0, split-sum: "), (1, "layer 1, albedo: ")] {
-        let scaled = fault(&|texels| texels[layer * half..][..half].iter_mut().for_each(|v| *v *= 1.001));
-        assert!(!scaled.is_empty() && scaled.iter().all(|f| f.starts_with(name)), "{scaled:?}");
-        let nan = fault(&|texels| texels[layer * half + 37] = f32::NAN);
-        assert!(!nan.is_empty() && nan.iter().all(|f| f.starts_with(name)), "{nan:?}");
-    }
-    // Layers whose descriptions are swapped.
-    let swapped = LayersJob::new(&[
-        TableRequest { visibility: "smith-uncorrelated".into(), ..request("albedo", 8, &["albedo", "cloth"]) },
-        request("split-sum", 8, &["scale", "bias"]),
-    ]);
-    assert!(!failures(&swapped.expect("they go together"), &sound).is_empty());
 }
 
 #[test]

@@ -5,6 +5,8 @@
 //! for each layer under `layer0.`, `layer1.`, …; its own channels are red, green, blue and alpha, since layers mean different
 //! things by them. Its `table` joins the tables' names by `+`, which is how a user asks for them.
 
+use std::collections::HashSet;
+
 use super::{Backend, TableJob, TableRequest};
 use crate::error::{Error, Result};
 use crate::format::Steps;
@@ -40,7 +42,10 @@ pub struct LayersReport {
 impl LayersJob {
     /// A layer for each request, from 2.
     pub fn new(requests: &[TableRequest]) -> Result<LayersJob> {
-        let layers: Vec<TableJob> = requests.iter().map(TableRequest::resolve).collect::<Result<_>>()?;
+        LayersJob::of(requests.iter().map(TableRequest::resolve).collect::<Result<_>>()?)
+    }
+
+    fn of(layers: Vec<TableJob>) -> Result<LayersJob> {
         if !(2..=MAX_LAYERS).contains(&layers.len()) {
             return Err(Error::usage(
                 format!("an array of {} tables cannot be baked", layers.len()),
@@ -159,13 +164,13 @@ impl LayersJob {
         if layers as usize > MAX_LAYERS {
             return Err(Error::usage(format!("{layers} layers are no tables"), format!("at most {MAX_LAYERS} are")));
         }
-        let request = |i: usize| {
+        // One after the other: together they could be 256 copies of what the file says.
+        let layer = |i: usize| {
             let meta = of_layer(&texture.meta, i);
             let channels = meta.get(CHANNELS).unwrap_or_default().split(',').map(String::from).collect();
-            TableRequest::from_meta(&Texture { shape: Shape::Table, channels, levels: vec![], meta, ..*texture })
+            TableJob::from_meta(&Texture { shape: Shape::Table, channels, levels: vec![], meta, ..*texture })
         };
-        let requests: Vec<TableRequest> = (0..layers as usize).map(request).collect::<Result<_>>()?;
-        let job = LayersJob::new(&requests)?;
+        let job = LayersJob::of((0..layers as usize).map(layer).collect::<Result<_>>()?)?;
         if job.layers[0].channels.len() != texture.channels.len() {
             return Err(Error::usage("its layers name more or fewer channels than it has", "bake it again"));
         }
@@ -185,17 +190,15 @@ fn prefix(layer: usize) -> String {
 
 /// What a file says of a layer: what all share, and what this one says.
 fn of_layer(meta: &Meta, layer: usize) -> Meta {
-    let mut own = Meta::default();
     let is_of_some_layer = |key: &str| {
         let number = key.strip_prefix("layer").and_then(|rest| rest.split_once('.')).map(|(number, _)| number);
         number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
     };
-    meta.iter().filter(|(key, _)| !is_of_some_layer(key)).for_each(|(key, value)| own.set(key, value));
     let prefix = prefix(layer);
-    for (key, value) in meta.iter().filter_map(|(key, value)| Some((key.strip_prefix(&prefix)?, value))) {
-        own.set(key, value);
-    }
-    own
+    let own = || meta.iter().filter_map(|(key, value)| Some((key.strip_prefix(&prefix)?, value)));
+    let names: HashSet<&str> = own().map(|(key, _)| key).collect();
+    let shared = meta.iter().filter(|(key, _)| !is_of_some_layer(key) && !names.contains(key));
+    Meta::of_distinct(shared.chain(own()))
 }
 
 /// Texts in order, each once where neighbours are the same.
