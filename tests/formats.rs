@@ -609,7 +609,7 @@ fn every_ktx2_of_the_round_trip_obeys_the_specification() {
             count += 1;
         }
     }
-    assert_eq!(count, 2 * (6 * 52 + 6 * 32));
+    assert_eq!(count, 2 * (8 * 52 + 2 * 46 + 6 * 32));
 }
 
 #[test]
@@ -844,7 +844,15 @@ fn ktx2_that_is_not_ours_to_read_is_named() {
         parse(named("ktx2").unwrap(), &bytes).unwrap_err().to_string()
     };
     assert_eq!(error(12, 131), "cannot use 'lut.ktx2': its texels have VkFormat 131");
-    assert_eq!(error(32, 3), "cannot use 'lut.ktx2': it is neither a plain 2-D or 3-D texture nor a plain cube");
+    assert_eq!(error(32, 3), "cannot use 'lut.ktx2': level 0 has 128 bytes, which is not its size");
+    let mut cubes = ktx2(Shape::Cube, "rgba16f", 4);
+    set_u32(&mut cubes, 32, 3);
+    let error_of_cubes = parse(named("ktx2").unwrap(), &cubes).unwrap_err().to_string();
+    assert!(error_of_cubes.ends_with("an array of such or a 3-D texture, nor a plain cube"), "{error_of_cubes}");
+    // An array of one layer is a table.
+    let mut one = sound.clone();
+    set_u32(&mut one, 32, 1);
+    assert_eq!(parse(named("ktx2").unwrap(), &one).unwrap().0, parse(named("ktx2").unwrap(), &sound).unwrap().0);
     assert_eq!(error(44, 1), "cannot use 'lut.ktx2': its levels are compressed by BasisLZ");
     assert!(error(44, 2).starts_with("cannot use 'lut.ktx2': its level 0 is not sound Zstandard data"));
     assert!(error(0, 0).starts_with("cannot use 'lut.ktx2': it is not a sound KTX2 file"));
