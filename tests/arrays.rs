@@ -85,7 +85,7 @@ fn each_layer_is_its_table() {
 fn what_does_not_go_together_is_refused() {
     let error = |list: &[TableRequest]| LayersJob::new(list).err().expect("refused").to_string();
     let scale = request("split-sum", 8, &["scale"]);
-    assert_eq!(error(&[scale.clone()]), "an array of 1 tables cannot be baked");
+    assert_eq!(error(std::slice::from_ref(&scale)), "an array of 1 tables cannot be baked");
     assert_eq!(error(&vec![scale.clone(); 257]), "an array of 257 tables cannot be baked");
     let other = error(&[scale.clone(), request("albedo", 9, &["albedo"])]);
     assert_eq!(other, "split-sum and albedo have different axes or sizes");
