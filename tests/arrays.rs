@@ -244,6 +244,8 @@ fn commands_take_layers() {
     refused(&["split-sum+"], &["unknown table ''"]);
     refused(&["split-sum+glas"], &["unknown table 'glas'", "glass"]);
     refused(&["split-sum", "--slices", "array"], &["no axis over slices"]);
+    refused(&["split-sum", "--glsl", "mine.glsl", "--slices", "array"], &["has no slices"]);
+    refused(&["split-sum+albedo", "--glsl", "mine.glsl"], &["has no layers"]);
     refused(&["glass+glass", "--axes", "n_dot_v,roughness,ior=1.2/1.8"], &["are no layers"]);
     fails(here, &["bake", "split-sum+split-sum", "-o", "none.png"], 2, &["PNG cannot hold an array", ".ktx2"]);
     assert!(!here.join("none.ktx2").exists() && !here.join("none.png").exists());

@@ -170,6 +170,9 @@ pub fn run(bake: Given<BakeArgs>, device: &Device<'_>, console: &mut Console) ->
         let what = format!("a BRDF of one's own has no axis {map} over slices");
         return Err(Error::usage(what, "leave it out of --axes"));
     }
+    if asked.stacking.is_some() {
+        return Err(Error::usage("a BRDF of one's own has no slices", "drop --slices"));
+    }
     let Asked { request, choice, path, encoding, preset, storage, own, .. } = asked;
     own.bake(Wanted { request, choice, path, encoding, preset, storage }, device, console)
 }
