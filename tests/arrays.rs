@@ -265,7 +265,7 @@ fn area_lights_of_bevy_are_one_array() {
     let (texture, _) = format::Ktx2.read(&here.join("ltc.ktx2")).expect("sound");
     assert_eq!(texture.meta.get("layer0.channels"), Some("m00,m20,m02,m22"));
     assert_eq!(texture.meta.get("layer1.channels"), Some("magnitude,fresnel,unused,sphere"));
-    // A mirror seen from above: next to nothing but m22 of the matrix, and all of its light.
+    // A mirror seen from above reflects all light.
     assert_eq!(texture.texel(0, 1, 0, 0)[..3], [1.0, 0.0, 0.0]);
     let verified = json(here, &["verify", "ltc.ktx2"]);
     assert_eq!((&verified["passed"], &verified["layers"][0]["table"]), (&true.into(), &"ltc".into()));
