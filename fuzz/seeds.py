@@ -38,7 +38,7 @@ for extension in ["ktx2", "exr", "hdr", "png", "dds", "ktx", "env", "npy", "json
             put(extension, path.name, path.read_bytes())
 for extension in ["rs", "py"]:
     put("source", f"table.{extension}", (samples / f"table_rg16f.{extension}").read_bytes())
-put("source", "array.js", (samples / "array_rg16f.js").read_bytes())
+put("source", "array.c", (samples / "array_rg16f.c").read_bytes())
 put("source", "words.c", (samples / "table_rg16unorm.c").read_bytes())
 
 # Panoramas and tables of others: 8 x 4 texels.

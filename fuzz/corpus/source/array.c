@@ -4,13 +4,12 @@
 // brdf-baker.table = "sample"
 // brdf-baker.note = "\u03b1\u00b2 = \"width\" \u2192 \u00e9 \u6f22\u5b57 \ud83d\ude42"
 
-export const ARRAY_RG16F_WIDTH = 9;
-export const ARRAY_RG16F_HEIGHT = 5;
-export const ARRAY_RG16F_LAYERS = 3;
-export const ARRAY_RG16F_CHANNELS = 2;
+#include <stdint.h>
 
-/** 9 x 5 x 3 texels of 2 values, each the bits of a half float; layers in order, rows from the top, texels from the left. */
-export const ARRAY_RG16F = new Uint16Array([
+enum { ARRAY_RG16F_WIDTH = 9, ARRAY_RG16F_HEIGHT = 5, ARRAY_RG16F_LAYERS = 3, ARRAY_RG16F_CHANNELS = 2 };
+
+// 9 x 5 x 3 texels of 2 values, each the bits of a half float; layers in order, rows from the top, texels from the left.
+const uint16_t ARRAY_RG16F[270] = {
     0xc178, 0x3cd4, 0xc12e, 0x3d68, 0xc0e4, 0x3dfc, 0xc09a, 0x3e90, 0xc050, 0x3f24, 0xc006, 0x3fb8,
     0xbf78, 0x4026, 0xbee4, 0x4070, 0xbe50, 0x40ba, 0xc0ae, 0x3e68, 0xc064, 0x3efc, 0xc01a, 0x3f90,
     0xbfa0, 0x4012, 0xbf0c, 0x405c, 0xbe78, 0x40a6, 0xbde4, 0x40f0, 0xbd50, 0x413a, 0xbcbc, 0x4184,
@@ -34,5 +33,5 @@ export const ARRAY_RG16F = new Uint16Array([
     0x3de0, 0xc12e, 0x3e74, 0xc0e4, 0x3f08, 0xc09a, 0x3f9c, 0xc050, 0x4018, 0xc006, 0x4062, 0xbf78,
     0x3db8, 0xc142, 0x3e4c, 0xc0f8, 0x3ee0, 0xc0ae, 0x3f74, 0xc064, 0x4004, 0xc01a, 0x404e, 0xbfa0,
     0x4098, 0xbf0c, 0x40e2, 0xbe78, 0x412c, 0xbde4,
-]);
+};
 // the end
