@@ -13,7 +13,8 @@ if (!modules || more.length > 0) {
   console.error("usage: browser.mjs PAGE.mjs FOLDER NODE_MODULES");
   process.exit(2);
 }
-const LIMIT_MS = 240_000;
+// Seconds a page may take.
+const LIMIT_MS = 1000 * (process.env.LIMIT ?? 240);
 const roots = { npm: modules, files: folder, test: import.meta.dirname };
 const types = { ".mjs": "text/javascript", ".js": "text/javascript", ".json": "application/json", ".wasm": "application/wasm" };
 
