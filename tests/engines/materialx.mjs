@@ -7,6 +7,8 @@ import { bytes, fromTheTop, json, send } from "./page.mjs";
 const AWAY = 1e4;
 // Rows of the panorama that MaterialX filters itself; it makes maps as large as what it is given.
 const OWN_ROWS = 128;
+// Where a direction lies in the environment, column by column, so that +X shows +X: the generator's own matrix turns it.
+const UPRIGHT = [0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1];
 
 export default async function draw() {
   const made = await json("materialx.json");
@@ -118,7 +120,7 @@ export default async function draw() {
     return filtered;
   }
 
-  function picture(layout, radiance, irradiance, table) {
+  function picture(layout, radiance, irradiance, table, turn) {
     const [columns, rows] = layout.tiles, [width, height] = layout.size_px;
     const used = program(made.surface);
     [radiance, irradiance, table].forEach((map, unit) => {
@@ -127,6 +129,7 @@ export default async function draw() {
       used.uniform(["u_envRadiance", "u_envIrradiance", "u_albedoTable"][unit], "integer", unit);
     });
     used.uniform("u_envRadianceMips", "integer", radiance.mips);
+    if (turn) used.uniform("u_envMatrix", "matrix44", ...turn);
     used.uniform("u_viewPosition", "vector3", 0, 0, AWAY);
     used.uniform("u_viewProjectionMatrix", "matrix44", 2 / columns, 0, 0, 0, 0, 2 / rows, 0, 0, 0, 0, -0.1, 0, 0, 0, 0, 1);
     used.uniform("u_worldInverseTransposeMatrix", "matrix44", ...IDENTITY);
@@ -168,8 +171,8 @@ export default async function draw() {
   await send("materialx-lights.f32", picture(await json("lights.json"), ...await maps("lights"), table));
   const layout = await json("spheres.json");
   const [radiance, irradiance] = await maps("sky");
-  await send("materialx-ours.f32", picture(layout, radiance, irradiance, table));
+  await send("materialx-ours.f32", picture(layout, radiance, irradiance, table, UPRIGHT));
   const own = ownTable();
-  await send("materialx-ours-but-table.f32", picture(layout, radiance, irradiance, own));
-  await send("materialx-own.f32", picture(layout, await ownMaps(), irradiance, own));
+  await send("materialx-ours-but-table.f32", picture(layout, radiance, irradiance, own, UPRIGHT));
+  await send("materialx-own.f32", picture(layout, await ownMaps(), irradiance, own, UPRIGHT));
 }
