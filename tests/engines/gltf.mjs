@@ -36,7 +36,8 @@ async function environmentOf(view, specular, diffuse, lut) {
 
 // A camera at `eye` that looks along `towards`: its axes and place, column by column.
 function placed(eye, towards, up) {
-  const right = [1, 2, 0].map((b, a) => towards[b] * up[3 - a - b] - towards[3 - a - b] * up[b]);
+  const [[x, y, z], [a, b, c]] = [towards, up];
+  const right = [y * c - z * b, z * a - x * c, x * b - y * a];
   return [...right, 0, ...up, 0, ...towards.map(c => -c), 0, ...eye, 1];
 }
 
