@@ -76,7 +76,7 @@ const server = createServer(async (request, response) => {
 });
 server.listen(0, "127.0.0.1", () => {
   // Its processes may still write when it has ended: the next run clears up.
-  const profile = join(folder, "chromium");
+  const profile = join(folder, `chromium-${basename(page, ".mjs")}`);
   rmSync(profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
   const chromium = spawn(process.env.CHROMIUM ?? "chromium", [
     "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
