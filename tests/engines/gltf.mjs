@@ -117,7 +117,8 @@ export default async function draw() {
   const state = await stateOf(layout);
   const ours = await environmentOf(view, url("gltf-sky_specular.ktx2"), url("gltf-sky_lambertian.ktx2"), url("gltf-lut.png"));
   const own = await loader.loadEnvironment(url("gltf-sky.hdr"), { lut_sheen_E_file: url("gltf-lut.png") });
-  const table = { ...ours, textures: ours.textures.with(ours.lut.index, { ...own.textures[own.lut.index], source: 0 }) };
+  const lut = own.images[own.textures[own.lut.index].source].image;
+  const table = { ...ours, textures: ours.textures.with(ours.lut.index, { ...ours.textures[ours.lut.index], glTexture: lut }) };
   for (const [name, environment] of Object.entries({ ours, table, own })) {
     state.environment = environment;
     await send(`gltf-${name}.f32`, front(state, layout));
