@@ -315,8 +315,10 @@ impl Pictures {
     }
 }
 
-fn exp2i(n: i32) -> f64 {
-    f64::from(n).exp2()
+/// 2ⁿ, exact, which the standard library's `exp2` need not be; n ∈ [−1022, 1023].
+pub(crate) fn exp2i(n: i32) -> f64 {
+    debug_assert!((-1022..=1023).contains(&n), "2^{n} is no normal number");
+    f64::from_bits(((n + 1023) as u64) << 52)
 }
 
 /// ⌊log₂|value|⌋, exact; far below every bound for 0.
