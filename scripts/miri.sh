@@ -9,8 +9,9 @@ cd "$(dirname "$0")/.."
 
 # Isolation keeps files away, which tests of recipes write; rayon's threads end with the process, which is no leak. The memory
 # that rayon reclaims (crossbeam-epoch) finds an object by a pointer to its first field: sound by Tree Borrows, and not by
-# the older Stacked Borrows. It also keeps tags in pointers, as integers.
-export MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-ignore-leaks -Zmiri-tree-borrows -Zmiri-permissive-provenance"
+# the older Stacked Borrows. It also keeps tags in pointers, as integers. Last bits of floats would vary from run to run.
+MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-ignore-leaks -Zmiri-deterministic-floats"
+export MIRIFLAGS="$MIRIFLAGS -Zmiri-tree-borrows -Zmiri-permissive-provenance"
 # Two threads are enough for a race; threads that wait are interpreted too.
 export RAYON_NUM_THREADS=2
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}/miri"
