@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT OR Apache-2.0
 # Runs under Miri, which finds undefined behaviour and data races, the unit tests that neither talk to Vulkan nor take minutes
-# when they are interpreted: readers and writers of texels, recipes, progress, axes, terms, quadrature.
+# when they are interpreted: readers and writers of texels, recipes, shares, progress on threads, axes.
 #
 # Needs a nightly toolchain with the components miri and rust-src. Takes MINUTES.
 set -eu
@@ -14,9 +14,10 @@ MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-ignore-leaks -Zmiri-deterministic-flo
 export MIRIFLAGS="$MIRIFLAGS -Zmiri-tree-borrows -Zmiri-permissive-provenance"
 # Two threads are enough for a race; threads that wait are interpreted too.
 export RAYON_NUM_THREADS=2
-# By name, what a second or a few suffice for.
+# What a few seconds suffice for; leftover asks for what Miri has not, a file's time.
 cargo +nightly miri test --locked --lib -- \
-    axis:: error:: texture:: env::file_axes env::import env::orientation format:: gpu::inject progress:: recipe:: report:: \
-    target:: verify::certificate verify::identify::layout view:: \
-    --skip bc6h::tests --skip smooth_pictures --skip half_ulp_bounds --skip one_changed_texel --skip format::harmonics \
-    --skip fingerprint::tests::what_is_stated --skip long_texts --skip no_text_makes_it_panic --skip every_preset
+    axis:: error:: texture:: env::file_axes env::import env::orientation format:: gpu::inject progress:: recipe:: \
+    verify::certificate verify::identify::layout view:: \
+    --skip format::leftover --skip bc6h::tests --skip smooth_pictures --skip half_ulp_bounds --skip format::harmonics \
+    --skip one_changed_texel --skip fingerprint::tests::what_is_stated --skip an_input_that_changes --skip long_texts \
+    --skip no_text_makes_it_panic
