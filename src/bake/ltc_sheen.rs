@@ -136,6 +136,7 @@ const USUAL: Usual = Usual {
     model: Some(["charlie", "charlie"]),
     single: true,
     on_processor: true,
+    is_fit: true,
 };
 
 impl Table for LtcSheen {
