@@ -33,6 +33,7 @@ use std::path::Path;
 
 pub use self::babylon::BabylonEnv;
 pub use self::dds::Dds;
+pub(crate) use self::encoding::exp2i;
 pub use self::encoding::{
     Compression, ENCODINGS, Effort, Encoding, Loss, Pictures, Repr, Rounding, Steps, Storage, Stored, decode, encode,
     rounding,
