@@ -3,7 +3,7 @@
 # Runs under Miri, which finds undefined behaviour and data races, the unit tests that neither talk to Vulkan nor take minutes
 # when they are interpreted: readers and writers of texels, recipes, shares, progress on threads, axes.
 #
-# Needs a nightly toolchain with the components miri and rust-src. Takes MINUTES.
+# Needs a nightly toolchain with the components miri and rust-src. Takes three minutes of a core.
 set -eu
 cd "$(dirname "$0")/.."
 
