@@ -15,6 +15,7 @@ mod kulla_conty;
 pub mod ltc;
 mod ltc_magnitude;
 mod ltc_sheen;
+mod ltc_sheen_volume;
 pub mod model;
 pub mod own;
 pub mod quality;
@@ -262,6 +263,8 @@ pub static TABLES: &[&dyn Table] = &[
     &ltc_magnitude::LtcMagnitude,
     &ltc_sheen::LtcSheen,
     &ltc_sheen::LtcSheenFibres,
+    &ltc_sheen_volume::VOLUME,
+    &ltc_sheen_volume::ENDLESS_VOLUME,
 ];
 
 /// The table with this name.

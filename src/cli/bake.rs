@@ -129,6 +129,8 @@ struct Asked {
     encoding: Option<Encoding>,
     /// Of the target: its encoding and its container's extension.
     preset: Option<(Encoding, &'static str)>,
+    /// The target wants a plane for each channel.
+    planes: bool,
     storage: StorageArgs,
     choice: Choice,
     own: OwnArgs,
@@ -143,6 +145,7 @@ pub struct BakePlan {
     path: PathBuf,
     format: &'static dyn Format,
     storage: Storage,
+    planes: bool,
     choice: Choice,
 }
 
@@ -288,17 +291,18 @@ impl BakeArgs {
         };
         let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
+        let planes = preset.is_some_and(|p| p.planes);
         let preset = of_preset.zip(preset.map(|p| p.extension));
         let (material, storage, own) = (self.material, self.storage, self.own);
-        Ok(Asked { start, request, map, depth, albedo, material, path, encoding: given, preset, storage, choice, own })
+        let encoding = given;
+        Ok(Asked { start, request, map, depth, albedo, material, path, encoding, preset, planes, storage, choice, own })
     }
 }
 
 impl Asked {
     fn plan(self) -> Result<BakePlan> {
-        let Asked {
-            start, request, map, depth, albedo, material, path, encoding: given, preset, storage, choice, ..
-        } = self;
+        let Asked { start, request, map, depth, albedo, material, path, preset, storage, choice, .. } = self;
+        let given = self.encoding;
         let job = Job::new(&request, map, depth)?;
         let (facts, shape) = (job.slice(), job.shape());
         let format = format::for_path(&path)?;
@@ -317,7 +321,8 @@ impl Asked {
             let [low, high] = facts.range(i);
             format::check_range(&path, format, encoding, channel.name, &(low..=high))?;
         }
-        Ok(BakePlan { start, job, albedo, material, path, format, storage, choice })
+        let planes = self.planes && format.holds_planes();
+        Ok(BakePlan { start, job, albedo, material, path, format, storage, planes, choice })
     }
 }
 
@@ -329,7 +334,7 @@ impl BakePlan {
 
     /// Bakes, checks and writes; the file states its `origin` where it has one.
     pub fn run(self, device: &Device<'_>, origin: Option<&Origin>, console: &mut Console) -> Result<()> {
-        let BakePlan { start, job, albedo, material, path, format, storage, choice } = self;
+        let BakePlan { start, job, albedo, material, path, format, storage, planes, choice } = self;
         let (facts, shape, encoding) = (job.slice(), job.shape(), storage.encoding);
         let channels = facts.channels.len();
         console.overrides(&choice);
@@ -354,6 +359,9 @@ impl BakePlan {
             texture.meta.set("material", name);
         }
         choice.describe(&mut texture.meta);
+        if planes {
+            texture.meta.set(format::PLANES, texture.channels.join(","));
+        }
         report.state(job.bound(), &mut texture.meta);
         if let Some(origin) = origin {
             origin.state(&mut texture.meta);

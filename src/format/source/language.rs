@@ -54,9 +54,11 @@ fn about(facts: &Facts) -> String {
         Some(depth) => (format!(" x {depth}"), "slices in order, "),
         None => (String::new(), ""),
     };
-    format!(
-        "{width} x {height}{depth} texels of {channels} values{kind}; {slices}rows from the top, texels from the left."
-    )
+    let texels = match facts.planes {
+        true => format!("{channels} planes of {width} x {height}{depth} values{kind}, one after the other"),
+        false => format!("{width} x {height}{depth} texels of {channels} values{kind}"),
+    };
+    format!("{texels}; {slices}rows from the top, texels from the left.")
 }
 
 /// The number of slices where there are some, as `before`, the number, `after`.
