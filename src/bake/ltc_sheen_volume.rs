@@ -51,12 +51,12 @@ struct Details {
 
 /// Of a bake.
 const RULE: Details = Details {
-    albedo: Detail { even: 0.1, finest: 0.05, cosines: 8, panel: 1.2, depths: 24, azimuths: 1 },
-    lobe: Detail { even: 0.1, finest: 0.05, cosines: 8, panel: 1.2, depths: 16, azimuths: 16 },
+    albedo: Detail { even: 0.07, finest: 0.04, cosines: 9, panel: 1.05, depths: 22, azimuths: 1 },
+    lobe: Detail { even: 0.1, finest: 0.05, cosines: 8, panel: 1.35, depths: 16, azimuths: 16 },
 };
 /// Of the truth.
 const FINE: Details = Details {
-    albedo: Detail { even: 0.07, finest: 0.04, cosines: 10, panel: 1.0, depths: 32, azimuths: 1 },
+    albedo: Detail { even: 0.05, finest: 0.03, cosines: 11, panel: 1.0, depths: 30, azimuths: 1 },
     lobe: Detail { even: 0.1, finest: 0.05, cosines: 10, panel: 1.1, depths: 22, azimuths: 21 },
 };
 /// What the truth of an albedo is good for.

@@ -2,7 +2,7 @@
 //! A linear system that is known by what it does to a vector.
 
 /// More steps than a system takes that is worth solving so.
-const STEPS: usize = 300;
+const STEPS: usize = 600;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn fixed_points_of_linear_maps_are_found() {
         // Neighbours share 0.999 of what they have: plain iteration takes thousands of steps.
-        let n = 40;
+        let n = 40usize;
         let map = |x: &[f64]| -> Vec<f64> {
             let at = |i: usize| x.get(i).copied().unwrap_or(0.0);
             (0..n).map(|i| 0.3 * at(i.wrapping_sub(1)) + 0.699 * at(i + 1)).collect()

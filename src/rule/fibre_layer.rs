@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The sheen of a thin layer of upright fibres, as Zeltner, Burley and Chiang approximate it (2022, Practical
 //! Multiple-Scattering Sheen Using Linearly Transformed Cosines; formulas and fitted numbers: `sheen_approx.h` of
-//! github.com/tizian/ltc-sheen, Apache-2.0). Their other lobe, a random walk through the same layer, has no formula.
+//! github.com/tizian/ltc-sheen, Apache-2.0). The lobe that it approximates is in [`super::fibre_walk`].
 //!
 //! Fibres are SGGX microflakes (Heitz, Dupuy, Crassin, Dachsbacher 2015) of cross section sigma = alpha² about the normal,
 //! in a layer of density and thickness 1. With the flakes' projected area a(w) = √(sin² + sigma² cos²) and the optical
