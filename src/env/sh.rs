@@ -234,9 +234,13 @@ fn of_equirect(source: &Equirect, order: u32) -> [[f64; 3]; COUNT] {
 fn of_azimuth<const M: usize>(row: &[[f32; 3]], columns: &[[f64; 9]]) -> [[f64; 3]; 9] {
     let first = (9 - M) / 2;
     let mut sums = [[0.0; 3]; M];
-    for (texel, column) in row.iter().zip(columns) {
+    // Half a turn on, factors of even m are the same and those of odd m the opposite.
+    let (near, far) = row.split_at(row.len() / 2);
+    for ((near, far), column) in near.iter().zip(far).zip(columns) {
+        let pair = |sign: f64| -> [f64; 3] { std::array::from_fn(|c| f64::from(near[c]) + sign * f64::from(far[c])) };
+        let parts = [pair(1.0), pair(-1.0)];
         for (m, sum) in sums.iter_mut().enumerate() {
-            (0..3).for_each(|c| sum[c] += column[first + m] * f64::from(texel[c]));
+            (0..3).for_each(|c| sum[c] += column[first + m] * parts[(first + m) % 2][c]);
         }
     }
     let mut all = [[0.0; 3]; 9];

@@ -470,14 +470,29 @@ struct Losses {
 }
 
 impl Losses {
+    /// Sums that do not wait for each other.
+    const LANES: usize = 4;
+
+    /// Of values of which none was clamped, and what is stored in their place; the others are counted.
+    fn of(values: &[f32], stored: &[f32], range: &RangeInclusive<f32>) -> (Losses, usize) {
+        let (mut lanes, mut clamped) = ([Losses::default(); Self::LANES], 0);
+        for (values, stored) in values.chunks(Self::LANES).zip(stored.chunks(Self::LANES)) {
+            for (lane, (&value, &stored)) in lanes.iter_mut().zip(values.iter().zip(stored)) {
+                if range.contains(&value) { lane.count(value, stored) } else { clamped += 1 }
+            }
+        }
+        (lanes.into_iter().fold(Losses::default(), Losses::and), clamped)
+    }
+
     fn count(&mut self, value: f32, stored: f32) {
         let (value, error) = (f64::from(value.abs()), (f64::from(stored) - f64::from(value)).abs());
         self.max_abs = self.max_abs.max(error);
         self.squares += error * error;
         self.squared_values += value * value;
-        if value >= f16::MIN_POSITIVE.to_f64() {
-            self.max_rel = self.max_rel.max(error / value);
-            self.squared_ratios += (error / value).powi(2);
+        if value >= f64::from(f16::MIN_POSITIVE) {
+            let ratio = error / value;
+            self.max_rel = self.max_rel.max(ratio);
+            self.squared_ratios += ratio * ratio;
             self.ratios += 1.0;
         }
     }
@@ -508,15 +523,12 @@ impl Rounding {
     /// Compares, level by level, what is stored with what was to be stored.
     pub(super) fn between(texture: &Texture, repr: Repr, stored: &[Vec<f32>]) -> Rounding {
         let range = repr.range();
-        let mut clamped = 0;
-        let mut of_level = |(level, stored): (&Vec<f32>, &Vec<f32>)| {
-            let mut losses = Losses::default();
-            for (&value, &stored) in level.iter().zip(stored) {
-                if range.contains(&value) { losses.count(value, stored) } else { clamped += 1 }
-            }
-            losses
-        };
-        let losses: Vec<Losses> = texture.levels.iter().zip(stored).map(&mut of_level).collect();
+        Self::sum(texture.levels.iter().zip(stored).map(|(level, stored)| Losses::of(level, stored, &range)))
+    }
+
+    /// Of the levels' losses, and the values that were clamped.
+    fn sum(of_levels: impl Iterator<Item = (Losses, usize)>) -> Rounding {
+        let (losses, clamped): (Vec<Losses>, Vec<usize>) = of_levels.unzip();
         let levels: Vec<Loss> = losses.iter().map(|level| level.loss()).collect();
         let largest = |of: fn(&Loss) -> f64| levels.iter().map(of).fold(0.0, f64::max);
         let most = Loss {
@@ -526,14 +538,32 @@ impl Rounding {
             rms_rel: largest(|l| l.rms_rel),
         };
         let filtered = losses.iter().skip(1).copied().reduce(Losses::and).map(Losses::loss);
-        Rounding { most, levels, filtered, clamped }
+        Rounding { most, levels, filtered, clamped: clamped.iter().sum() }
     }
 }
 
 /// Encodes and decodes every texel, and compares.
 pub fn rounding(texture: &Texture, storage: impl Into<Storage>) -> Result<Rounding> {
-    let storage = storage.into();
-    Ok(Rounding::between(texture, storage.encoding.repr, &stored(texture, storage)?))
+    let storage @ Storage { encoding, .. } = storage.into();
+    if encoding.repr.is_blocks() {
+        return Ok(Rounding::between(texture, encoding.repr, &stored(texture, storage)?));
+    }
+    // Texels by themselves: a few at a time need little memory.
+    fits(texture.channels.len(), encoding)?;
+    let (channels, range) = (texture.channels.len(), encoding.repr.range());
+    let of_run = |values: &[f32]| {
+        let run = Pictures { width: (values.len() / channels) as u32, height: 1, count: 1 };
+        let bytes = encode(values, channels, run, storage)?;
+        Ok(Losses::of(values, &decode(&bytes, channels, run, encoding), &range))
+    };
+    let of_level = |level: &Vec<f32>| {
+        level.chunks(RUN * channels).try_fold((Losses::default(), 0), |(losses, clamped), values| {
+            let (more, also) = of_run(values)?;
+            Ok((losses.and(more), clamped + also))
+        })
+    };
+    let of_levels: Vec<_> = texture.levels.iter().map(of_level).collect::<Result<_>>()?;
+    Ok(Rounding::sum(of_levels.into_iter()))
 }
 
 /// Every level as a reader will find it.
