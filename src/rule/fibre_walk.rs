@@ -91,19 +91,19 @@ impl Layer {
         let mut flight = vec![];
         for extinction in &extinction {
             let rows: Vec<_> = slab.depth.iter().map(|z| slab.arriving(*extinction, *z)).collect();
-            flight.extend((0..slab.len()).flat_map(|k| rows.iter().map(move |row| extinction * row[k])));
+            flight.extend((0..slab.count()).flat_map(|k| rows.iter().map(move |row| extinction * row[k])));
         }
         Layer { sigma, ordinates, slab, area, extinction, flight }
     }
 
     /// How many nodes of depth.
     fn depths(&self) -> usize {
-        self.slab.len()
+        self.slab.count()
     }
 
     /// Even and odd part of the map whose entry (i, j) `weigh` makes of that of the joins from light at ordinate i to j.
     fn join(&self, joined: &[&[Vec<f64>; 2]], weigh: impl Fn(usize, usize) -> f64, transposed: bool) -> Join {
-        let n = self.ordinates.len();
+        let n = self.ordinates.count();
         let part = |sign: f64| -> Vec<f64> {
             let entry = |k: usize| {
                 let (i, j) = if transposed { (k % n, k / n) } else { (k / n, k % n) };
@@ -298,7 +298,7 @@ impl FibreLobes {
                 often.push(self.above(&all));
                 continue;
             };
-            let mut sums = vec![0.0; layer.ordinates.len()];
+            let mut sums = vec![0.0; layer.ordinates.count()];
             for _ in 2..scatterings {
                 if self.upwards(&emitted).1 <= FAINT * reflected {
                     break;
@@ -350,7 +350,7 @@ impl FibreLobes {
                     rate * second * met
                 })
             };
-            (0..ordinates.len()).flat_map(at).collect()
+            (0..ordinates.count()).flat_map(at).collect()
         };
         [0, 1].into_iter().flat_map(state).collect()
     }

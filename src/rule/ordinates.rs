@@ -54,7 +54,7 @@ impl Ordinates {
     }
 
     /// How many there are of each half.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.cos.len()
     }
 
@@ -63,10 +63,10 @@ impl Ordinates {
     ///
     /// Domain: `cos` in (0, 1].
     pub fn joined(&self, cos: f64, modes: usize) -> Vec<[Vec<f64>; 2]> {
-        let mut joined = vec![[(); 2].map(|()| vec![0.0; self.len()]); modes];
+        let mut joined = vec![[(); 2].map(|()| vec![0.0; self.count()]); modes];
         let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
         let width = RIDGE * self.sigma * sin.max(self.sigma);
-        let nodes = self.len() / self.panels;
+        let nodes = self.count() / self.panels;
         let mut rates = vec![0.0; modes];
         let mut at_nodes = vec![0.0; nodes];
         for (half, side) in [1.0, -1.0].into_iter().enumerate() {

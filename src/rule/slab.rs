@@ -41,13 +41,13 @@ impl Slab {
     }
 
     /// How many nodes.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.depth.len()
     }
 
     /// ∫ f(z') exp(−extinction (z − z')) dz' from 0 to z: the weights of f at the nodes.
     pub fn arriving(&self, extinction: f64, z: f64) -> Vec<f64> {
-        let mut weights = vec![0.0; self.len()];
+        let mut weights = vec![0.0; self.count()];
         let mut from = z;
         for faded in FADED {
             let to = (z - faded / extinction).max(0.0);
