@@ -140,6 +140,10 @@ fn simulated_walks_end_where_the_lobes_say() {
     // Two of three lie within one standard error: a bound that is too wide would see all of them there.
     let within = off.iter().filter(|sigmas| **sigmas < 1.0).count();
     assert!((16..=36).contains(&within), "{within} of 40");
+    // The measure can tell: fibres that are wider by 5 % are others.
+    let (mean, error) = walks(0.0625, 0.3, WALKS, 71)[1].mean(0, WALKS);
+    let wider = FibreAlbedo::new(1.05 * 0.0625, None, DETAIL).at(0.3);
+    assert!((wider - mean).abs() > 6.0 * error, "{wider} and {mean} +- {error}");
 }
 
 #[test]
@@ -262,10 +266,16 @@ fn published_albedos_are_met_within_their_noise() {
     sigmas.sort_by(f64::total_cmp);
     println!("off by {:.2} sigma in the median, {:.2} at worst", sigmas[24], sigmas[47]);
     assert!(sigmas[24] < 1.0);
-    // A walk that goes on is another table.
-    let at = At { n_dot_v: 0.01, roughness: f64::sqrt(3.0 / 31.0) };
-    let endless = brdf_baker::bake::table("ltc-sheen-endless").unwrap().rule(&ggx(), at)[2];
-    assert!(endless > table.rule(&ggx(), at)[2] + 0.06);
+    // The measure can tell: one scattering less is another table, and so is a walk that goes on.
+    for scatterings in [Some(15), None] {
+        let seen = published().into_iter().filter(|(at, [.., albedo])| {
+            let alpha = at.roughness * at.roughness;
+            let found = FibreAlbedo::new(alpha * alpha, scatterings, DETAIL).at(at.n_dot_v);
+            (found - albedo).abs() > 5e-6 + 4.0 * (found * (1.0 - found) / 2e6).sqrt()
+        });
+        let seen = seen.count();
+        assert!(seen >= 8, "{scatterings:?}: {seen}");
+    }
 }
 
 #[test]

@@ -33,14 +33,15 @@ pub struct LtcSheenVolume {
     derived: &'static [Derived],
     /// Scatterings after which a walk ends.
     scatterings: Scatterings,
+    details: Details,
 }
 
 /// The table as published.
 pub static VOLUME: LtcSheenVolume =
-    LtcSheenVolume { facts: &VOLUME_FACTS, derived: &VOLUME_DERIVED, scatterings: PUBLISHED };
+    LtcSheenVolume { facts: &VOLUME_FACTS, derived: &VOLUME_DERIVED, scatterings: PUBLISHED, details: RULE };
 /// The table of walks that nothing ends.
 pub static ENDLESS_VOLUME: LtcSheenVolume =
-    LtcSheenVolume { facts: &ENDLESS_FACTS, derived: &ENDLESS_DERIVED, scatterings: None };
+    LtcSheenVolume { facts: &ENDLESS_FACTS, derived: &ENDLESS_DERIVED, scatterings: None, details: ENDLESS_RULE };
 
 /// How finely the walks of a row are followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +55,8 @@ const RULE: Details = Details {
     albedo: Detail { even: 0.07, finest: 0.04, cosines: 9, panel: 1.05, depths: 22, azimuths: 1 },
     lobe: Detail { even: 0.1, finest: 0.05, cosines: 8, panel: 1.35, depths: 16, azimuths: 16 },
 };
+/// The same where no walk ends: light that was caught between narrow fibres comes back along the horizon.
+const ENDLESS_RULE: Details = Details { lobe: Detail { cosines: 10, ..RULE.lobe }, ..RULE };
 /// Of the truth.
 const FINE: Details = Details {
     albedo: Detail { even: 0.05, finest: 0.03, cosines: 11, panel: 1.0, depths: 30, azimuths: 1 },
@@ -101,7 +104,7 @@ static VOLUME_DERIVED: [Derived; 1] = [Derived {
 static ENDLESS_DERIVED: [Derived; 1] = [Derived {
     tolerance: FITTED,
     channel: error_channel(),
-    rule: |_, at, values| error(&lobe(at, None, RULE), values),
+    rule: |_, at, values| error(&lobe(at, None, ENDLESS_RULE), values),
     truth: |_, at, values| Estimate { value: [error(&lobe(at, None, FINE), values)], error: TRUTH },
 }];
 
@@ -158,7 +161,7 @@ impl Table for LtcSheenVolume {
     }
 
     fn rule(&self, _model: &Model, at: At) -> Values {
-        row(at, self.scatterings, RULE).values(place(at))
+        row(at, self.scatterings, self.details).values(place(at))
     }
 
     fn check(&self, model: &Model) -> Result<()> {
@@ -197,7 +200,7 @@ impl Table for LtcSheenVolume {
         let texels = watched(on, self.facts.name, n_dot_v.len() * roughness.len(), |watch| -> Vec<Values> {
             let rows = roughness.par_iter().flat_map(|&roughness| {
                 let at = move |n_dot_v: f64| place(At { n_dot_v, roughness });
-                let row = (!watch.gone()).then(|| Row::new(sigma_of(at(1.0)), self.scatterings, RULE));
+                let row = (!watch.gone()).then(|| Row::new(sigma_of(at(1.0)), self.scatterings, self.details));
                 let texel = move |n_dot_v: &f64| match &row {
                     Some(row) if !watch.cancelled() => row.values(at(*n_dot_v)),
                     _ => Values::default(),
