@@ -50,8 +50,7 @@ pub(super) const SOURCE: &str =
 const FIBRES: Tolerance =
     Tolerance { worst: 1e-5, median: 1e-6, near_zero: 1e-5, why: "tests/ltc.rs: against adaptive integration" };
 
-/// How a lobe is fitted.
-pub(super) fn rule_name() -> String {
+fn rule_name() -> String {
     format!("Newton's method on the squared difference over {} x {} nodes a panel", FIT.polar, FIT.azimuth)
 }
 
