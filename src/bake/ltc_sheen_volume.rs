@@ -14,9 +14,7 @@ use std::rc::Rc;
 use rayon::prelude::*;
 
 use super::ltc::FITTED;
-use super::ltc_sheen::{
-    CHANNELS, SOURCE, TRUTH, USAGE, USUAL, check_own, error, error_channel, place, rule_name, values,
-};
+use super::ltc_sheen::{CHANNELS, SOURCE, TRUTH, USAGE, USUAL, check_own, error, error_channel, place, values};
 use super::{At, Backend, Derived, Facts, MAX_CHANNELS, Model, Table, Tolerance, Usual, Values};
 use crate::axis::Coordinate;
 use crate::error::Result;
