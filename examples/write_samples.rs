@@ -16,8 +16,12 @@ use brdf_baker::{Error, Result};
 use serde_json::{Value, json};
 
 /// Width and height, those of which the first fit a format are taken: odd ones where they can be.
-const SIZES: &[(Shape, &[(u32, u32)])] =
-    &[(Shape::Table, &[(9, 5)]), (Shape::Map, &[(12, 6)]), (Shape::Cube, &[(10, 10), (8, 8)])];
+const SIZES: &[(Shape, &[(u32, u32)])] = &[
+    (Shape::Table, &[(9, 5)]),
+    (Shape::Array { layers: 3 }, &[(9, 5)]),
+    (Shape::Map, &[(12, 6)]),
+    (Shape::Cube, &[(10, 10), (8, 8)]),
+];
 
 fn main() -> ExitCode {
     let Some(folder) = std::env::args_os().nth(1) else {
@@ -55,21 +59,31 @@ fn write_all(folder: &Path) -> Result<()> {
 fn sample(folder: &Path, format: &dyn Format, shape: Shape, sizes: &[(u32, u32)], storage: Storage) -> Result<Value> {
     let encoding = storage.encoding;
     let levels = |(width, height): (u32, u32)| match shape {
-        Shape::Table => 1,
-        _ if !format.holds_mips() => 1,
+        _ if shape.is_table() || !format.holds_mips() => 1,
         _ => width.max(height).ilog2() + 1,
     };
     let fits = |size: &&(u32, u32)| format.accepts(size.0, levels(**size)).is_ok();
     let size = sizes.iter().find(fits).copied().expect("a size fits every format");
     let texture = texture(shape, size, levels(size), encoding);
     let packed = if storage.compression == Compression::Plain { "" } else { "_zstd" };
-    let kind = format!("{shape:?}").to_lowercase();
+    let kind = kind(shape);
     let file = format!("{kind}_{}{packed}.{}", encoding.name, format.extension());
     let path = folder.join(&file);
     Output::prepare(&path)?.commit(format, &texture, storage)?;
     // What the encoding made of the values.
     let (read, _) = format.read(&path)?;
     Ok(entry(&file, format, storage, &texture, &read))
+}
+
+/// What a shape is called.
+fn kind(shape: Shape) -> &'static str {
+    match shape {
+        Shape::Table => "table",
+        Shape::Map => "map",
+        Shape::Volume { .. } => "volume",
+        Shape::Array { .. } => "array",
+        Shape::Cube => "cube",
+    }
 }
 
 fn texture(shape: Shape, (width, height): (u32, u32), levels: u32, encoding: Encoding) -> Texture {
@@ -143,12 +157,13 @@ fn entry(file: &str, format: &dyn Format, storage: Storage, texture: &Texture, r
     let meta: serde_json::Map<String, Value> = texture.meta.iter().map(|(k, v)| (k.into(), v.into())).collect();
     json!({
         "file": file,
-        "shape": format!("{:?}", texture.shape).to_lowercase(),
+        "shape": kind(texture.shape),
         "encoding": storage.encoding.name,
         "decode": storage.encoding.formula(),
         "compression": storage.compression.name(),
         "components": storage.encoding.components,
         "faces": texture.faces(),
+        "layers": texture.shape.slices().unwrap_or(0),
         "channels": texture.channels,
         "meta": if format.holds_meta() { meta.into() } else { Value::Null },
         "levels": levels,

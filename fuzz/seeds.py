@@ -31,13 +31,14 @@ def put(target, name, content):
 # Of our own files one a container and kind of encoding, the smallest.
 for extension in ["ktx2", "exr", "hdr", "png", "dds", "ktx", "env", "npy", "json"]:
     for path in sorted(samples.glob(f"*.{extension}")):
-        if path.stat().st_size < 3000 and any(
+        if path.stat().st_size < 3000 and not path.stem.startswith("array_bc") and any(
             word in path.stem
-            for word in ["table_rg16f", "table_rgba8unorm", "map_rgba16f", "map_rgbd8", "bc6h", "cube_rgba16f_zstd", "table_bc5_zstd", "rgbe8", "rgb16unorm"]
+            for word in ["table_rg16f", "array_rg16f", "table_rgba8unorm", "map_rgba16f", "map_rgbd8", "bc6h", "cube_rgba16f_zstd", "table_bc5_zstd", "rgbe8", "rgb16unorm"]
         ) or (extension == "env" and path.stat().st_size < 20000):
             put(extension, path.name, path.read_bytes())
 for extension in ["rs", "py"]:
     put("source", f"table.{extension}", (samples / f"table_rg16f.{extension}").read_bytes())
+put("source", "array.c", (samples / "array_rg16f.c").read_bytes())
 put("source", "words.c", (samples / "table_rg16unorm.c").read_bytes())
 
 # Panoramas and tables of others: 8 x 4 texels.
@@ -125,6 +126,8 @@ for name in ["table_rg16f", "table_bc6h", "cube_b10g11r11"]:
     put("environment" if "cube" in name else "picture", f"{name}.dds", content)
 for extension in ["ktx", "npy"]:
     put("picture", f"table.{extension}", (samples / f"table_rg16f.{extension}").read_bytes())
+for extension in ["ktx2", "dds", "exr"]:
+    put("picture", f"array.{extension}", (samples / f"array_rg16f.{extension}").read_bytes())
 
 # Files that claim more than they hold.
 big_hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8192 +X 16384\n\x02\x02\x40\x00"
@@ -163,6 +166,13 @@ dds[12:20] = struct.pack("<2I", 4096, 4096)
 put("environment", "huge.dds", bytes(dds))
 dds[12:20] = struct.pack("<2I", 2**31, 2**31)
 put("dds", "huge.dds", bytes(dds))
+# Arrays of two thousand million layers, and of a number that wraps to those that there are.
+for extension, at in [("ktx2", 32), ("dds", 140)]:
+    for name, layers in [("huge", 2**31), ("wraps", 2**30 + 3)]:
+        content = bytearray((samples / f"array_rg16f.{extension}").read_bytes())
+        content[at : at + 4] = struct.pack("<I", layers)
+        for target in [extension, "picture"]:
+            put(target, f"{name}_layers.{extension}", bytes(content))
 
 
 def exr_claiming(content, width, height):
@@ -194,6 +204,16 @@ put("npy", "brackets.npy", npy(b"(" * 4000))
 put("npy", "huge.npy", npy(b"{'descr': '<f4', 'fortran_order': False, 'shape': (4294967295, 4294967295, 4), }\n"))
 put("npy", "huge_number.npy", npy(b"{'descr': '<f4', 'fortran_order': False, 'shape': (" + b"9" * 4000 + b", 1), }\n"))
 put("json", "brackets.json", b"[" * 4000)
+put("json", "layers.json", b'{"width": 1, "height": 1, "layers": 4294967295, "encoding": "r32f", "values": [0]}')
+facts = {
+    "channels": "r", "table": "split-sum+albedo", "ndf": "ggx", "visibility": "smith", "fresnel": "schlick",
+    "axes": "n_dot_v,roughness", "points": "centers", "order": "ascending,ascending",
+    "layer0.table": "split-sum", "layer0.channels": "scale", "layer1.table": "albedo", "layer1.channels": "albedo",
+    "layer1.fresnel": "one", "layer1.visibility": "smith-uncorrelated",
+}  # fmt: skip
+tables = {"width": 2, "height": 1, "layers": 2, "encoding": "r32f", "values": [0.9, 0.8, 0.7, 0.6]}
+tables["facts"] = {f"brdf-baker.{key}": value for key, value in facts.items()}
+put("json", "tables.json", json.dumps(tables).encode())
 put("json", "zeros.json", b'{"width": 50, "height": 20, "encoding": "r32f", "values": [' + b"0," * 999 + b"0]}")
 # One picture of a Babylon.js environment that stands for every face of its largest mips.
 picture = png(2048, 2048, 8, 6, b"\0" * (1 + 4 * 2048) * 2048)

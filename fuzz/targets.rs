@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use brdf_baker::bake::atlas::Atlas;
 use brdf_baker::bake::specular::SpecularJob;
-use brdf_baker::bake::{TableJob, VolumeJob};
+use brdf_baker::bake::{LayersJob, TableJob, VolumeJob};
 use brdf_baker::env::import::{self, Options};
 use brdf_baker::format::picture::Picture;
 use brdf_baker::format::{self, Steps, harmonics};
@@ -77,6 +77,7 @@ fn file(extension: &str, bytes: &[u8]) -> bool {
     let _ = Steps::of(encoding, &texture.meta);
     let _ = TableJob::from_meta(&texture);
     let _ = VolumeJob::from_meta(&texture);
+    let _ = LayersJob::from_meta(&texture);
     let _ = SpecularJob::from_meta(&texture);
     let _ = Atlas::from_meta(&texture);
     let _ = harmonics::stated(&texture.meta);
@@ -86,7 +87,9 @@ fn file(extension: &str, bytes: &[u8]) -> bool {
 
 /// As `identify` reads a table of others.
 fn picture(bytes: &[u8]) -> bool {
-    let Ok(picture) = Picture::parse(Path::new("hostile"), bytes) else { return false };
+    let read = |layer| Picture::parse(Path::new("hostile"), bytes, layer);
+    // A file that holds several is asked for its second.
+    let Ok(picture) = read(None).or_else(|_| read(Some(1))) else { return false };
     let _ = picture.texel(picture.width - 1, picture.height - 1);
     true
 }

@@ -13,6 +13,12 @@ pub enum Shape {
         /// Slices.
         depth: u32,
     },
+    /// `layers` tables of `width` × `height` texels behind each other, one level, with nothing between them: an array
+    /// texture. From 2; one layer is a [`Shape::Table`].
+    Array {
+        /// Layers.
+        layers: u32,
+    },
     /// Six square faces (+X −X +Y −Y +Z −Z, oriented as the Vulkan and KTX2 specifications say) with a chain of mips.
     Cube,
 }
@@ -20,7 +26,7 @@ pub enum Shape {
 /// Texels as `f32`, and the facts that a file states about them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// Table, picture of the sphere, or cube.
+    /// One table or several, picture of the sphere, or cube.
     pub shape: Shape,
     /// Width of level 0 in texels.
     pub width: u32,
@@ -28,20 +34,31 @@ pub struct Texture {
     pub height: u32,
     /// What each channel holds, e.g. `["scale", "bias"]`. At most four.
     pub channels: Vec<String>,
-    /// Level by level: faces or slices in order, rows from the top, texels from the left, channels interleaved.
+    /// Level by level: faces, slices or layers in order, rows from the top, texels from the left, channels interleaved.
     pub levels: Vec<Vec<f32>>,
     /// What the file says of itself: model, axes, errors. Written and read by every format.
     pub meta: Meta,
 }
 
-impl Texture {
-    /// Pictures of a level that follow each other: 1, 6 of a cube, the slices of a volume.
-    pub fn faces(&self) -> u32 {
-        match self.shape {
-            Shape::Table | Shape::Map => 1,
-            Shape::Cube => 6,
-            Shape::Volume { depth } => depth,
+impl Shape {
+    /// How many tables follow each other, of a volume or an array.
+    pub fn slices(self) -> Option<u32> {
+        match self {
+            Shape::Table | Shape::Map | Shape::Cube => None,
+            Shape::Volume { depth: slices } | Shape::Array { layers: slices } => Some(slices),
         }
+    }
+
+    /// Does it hold tables, one or several, and no light?
+    pub fn is_table(self) -> bool {
+        self == Shape::Table || self.slices().is_some()
+    }
+}
+
+impl Texture {
+    /// Pictures of a level that follow each other: 1, 6 of a cube, the slices of a volume, the layers of an array.
+    pub fn faces(&self) -> u32 {
+        self.shape.slices().unwrap_or(if self.shape == Shape::Cube { 6 } else { 1 })
     }
 
     /// Width and height of a level, at least 1.
@@ -69,6 +86,11 @@ impl Texture {
 pub struct Meta(Vec<(String, String)>);
 
 impl Meta {
+    /// Pairs of which no two have the same key.
+    pub(crate) fn of_distinct<'a>(pairs: impl Iterator<Item = (&'a str, &'a str)>) -> Meta {
+        Meta(pairs.map(|(key, value)| (key.into(), value.into())).collect())
+    }
+
     /// Sets a key; a key that exists keeps its place.
     pub fn set(&mut self, key: &str, value: impl ToString) {
         let value = value.to_string();

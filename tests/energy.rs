@@ -658,7 +658,7 @@ fn volumes_round_trip_through_every_container_that_holds_them() {
             held.push(format.extension());
         }
     }
-    assert_eq!(held, ["ktx2", "exr", "dds", "npy", "rs", "c", "h", "js", "ts", "py"]);
+    assert_eq!(held, ["ktx2", "exr", "dds", "npy", "json", "rs", "c", "h", "js", "ts", "py"]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! Every comparator is fed the faults that it exists for, and must say no.
 
 use brdf_baker::axis::Points;
-use brdf_baker::bake::{Backend, TableJob, TableRequest};
+use brdf_baker::bake::{Backend, LayersJob, TableJob, TableRequest};
 use brdf_baker::format::Encoding;
 use brdf_baker::progress::ignore;
 use brdf_baker::term::fresnel::Fresnel;
@@ -86,6 +86,41 @@ fn flipped_table_is_seen() {
 #[test]
 fn swapped_channels_are_seen() {
     rejects("split-sum", |t| t.levels[0].chunks_exact_mut(2).for_each(|p| p.swap(0, 1)));
+}
+
+#[test]
+fn faults_in_any_layer_are_seen() {
+    let request = |table: &str, visibility: &str, channels: [&str; 2]| TableRequest {
+        size: (16, 16),
+        visibility: visibility.into(),
+        channels: Some(channels.map(String::from).to_vec()),
+        ..TableRequest::new(table)
+    };
+    let scale = request("split-sum", "smith", ["scale", "bias"]);
+    let albedo = request("albedo", "smith-uncorrelated", ["albedo", "cloth"]);
+    let job = LayersJob::new(&[scale.clone(), albedo.clone()]).unwrap();
+    let sound = job.run(&[&Backend::Cpu; 2], &mut ignore).unwrap();
+    let failures = |job: &LayersJob, t: &Texture| job.check(t, None, Extent::Spot, &mut ignore).unwrap().all.failures;
+    assert_eq!(failures(&job, &sound), Vec::<String>::new(), "the sound layers must pass");
+    let half = sound.levels[0].len() / 2;
+    let names = ["layer 0, split-sum: ", "layer 1, albedo: "];
+    let fault = |change: &dyn Fn(&mut [f32])| {
+        let mut texture = sound.clone();
+        change(&mut texture.levels[0]);
+        failures(&job, &texture)
+    };
+    let swapped = fault(&|texels| texels.rotate_left(half));
+    assert!(names.iter().all(|name| swapped.iter().any(|f| f.starts_with(name))), "{swapped:?}");
+    // Of each fault the layer is named, and no other.
+    for (layer, name) in names.iter().enumerate() {
+        let scaled = fault(&|texels| texels[layer * half..][..half].iter_mut().for_each(|v| *v *= 1.001));
+        assert!(!scaled.is_empty() && scaled.iter().all(|f| f.starts_with(name)), "{scaled:?}");
+        let nan = fault(&|texels| texels[layer * half + 37] = f32::NAN);
+        assert!(!nan.is_empty() && nan.iter().all(|f| f.starts_with(name)), "{nan:?}");
+    }
+    // Layers whose descriptions are swapped.
+    let swapped = LayersJob::new(&[albedo, scale]).unwrap();
+    assert!(!failures(&swapped, &sound).is_empty());
 }
 
 #[test]

@@ -79,7 +79,12 @@ fn stored(written: &Texture, format: &dyn Format, encoding: Encoding) -> Texture
         // DDS has the encoding's components, NumPy the channels that there are.
         let found = if format.name() == "DDS" { encoding.components } else { n };
         stored.channels = ["r", "g", "b", "a"][..found].iter().map(|c| c.to_string()).collect();
-        stored.shape = if written.shape == Shape::Map { Shape::Table } else { written.shape };
+        stored.shape = match written.shape {
+            Shape::Map => Shape::Table,
+            // An array of numbers is an array of numbers.
+            Shape::Array { layers } if format.name() == "NumPy" => Shape::Volume { depth: layers },
+            other => other,
+        };
     }
     for (i, level) in stored.levels.iter_mut().enumerate() {
         let pictures = Pictures::of(written, i);
@@ -134,10 +139,7 @@ fn texture(shape: Shape, (width, height): (u32, u32), channels: usize, repr: Rep
     let mut random = Random(seed);
     let names = ["scale", "bias", "z", "w"][..channels].iter().map(|s| s.to_string()).collect();
     let mut texture = Texture { shape, width, height, channels: names, levels: vec![], meta: odd_meta() };
-    let levels = match shape {
-        Shape::Table | Shape::Volume { .. } => 1,
-        Shape::Map | Shape::Cube => width.ilog2() as usize + 1,
-    };
+    let levels = if shape.is_table() { 1 } else { width.ilog2() as usize + 1 };
     if shape == Shape::Map {
         texture.meta.set("projection", if width == height { "octahedral" } else { "equirect" });
     }
@@ -216,6 +218,10 @@ fn combinations() -> Vec<(&'static dyn Format, Texture, Encoding)> {
             (Shape::Cube, (8, 8)),
             (Shape::Cube, (1, 1)),
             (Shape::Cube, (5, 5)),
+            (Shape::Volume { depth: 3 }, (4, 5)),
+            (Shape::Volume { depth: 6 }, (3, 3)),
+            (Shape::Array { layers: 2 }, (7, 5)),
+            (Shape::Array { layers: 6 }, (4, 4)),
         ] {
             for encoding in format.encodings(shape) {
                 for channels in 1..=encoding.components {
@@ -237,9 +243,10 @@ fn combinations() -> Vec<(&'static dyn Format, Texture, Encoding)> {
 #[test]
 fn written_is_read_back_bit_by_bit() {
     let all = combinations();
-    // Channels of every encoding, tables and others.
-    let (ktx2, exr, hdr, png) = (6 * 52 + 6 * 32, 12 * 14, 9 * 3, 6 * 25 + 3 * 9);
-    let (dds, ktx1, env, npy, text) = (6 * 43 + 3 * 23, 6 * 33 + 6 * 23, 2 * 3, 12 * 14, 9 * 14 + 6 * 9 * 24);
+    // Channels of every encoding, tables and arrays, volumes, and others.
+    let (ktx2, exr, hdr, png) = (8 * 52 + 2 * 46 + 6 * 32, 16 * 14, 9 * 3, 6 * 25 + 3 * 9);
+    let (dds, ktx1, env) = (8 * 43 + 2 * 37 + 3 * 23, 6 * 33 + 6 * 23, 2 * 3);
+    let (npy, text) = (16 * 14, 13 * 14 + 6 * 13 * 24);
     assert_eq!(all.len(), ktx2 + exr + hdr + png + dds + ktx1 + env + npy + text, "a combination is missing");
     for (format, written, encoding) in all {
         let what =
@@ -602,7 +609,7 @@ fn every_ktx2_of_the_round_trip_obeys_the_specification() {
             count += 1;
         }
     }
-    assert_eq!(count, 2 * (6 * 52 + 6 * 32));
+    assert_eq!(count, 2 * (8 * 52 + 2 * 46 + 6 * 32));
 }
 
 #[test]
@@ -837,7 +844,15 @@ fn ktx2_that_is_not_ours_to_read_is_named() {
         parse(named("ktx2").unwrap(), &bytes).unwrap_err().to_string()
     };
     assert_eq!(error(12, 131), "cannot use 'lut.ktx2': its texels have VkFormat 131");
-    assert_eq!(error(32, 3), "cannot use 'lut.ktx2': it is neither a plain 2-D or 3-D texture nor a plain cube");
+    assert_eq!(error(32, 3), "cannot use 'lut.ktx2': level 0 has 128 bytes, which is not its size");
+    let mut cubes = ktx2(Shape::Cube, "rgba16f", 4);
+    set_u32(&mut cubes, 32, 3);
+    let error_of_cubes = parse(named("ktx2").unwrap(), &cubes).unwrap_err().to_string();
+    assert!(error_of_cubes.ends_with("an array of such or a 3-D texture, nor a plain cube"), "{error_of_cubes}");
+    // An array of one layer is a table.
+    let mut one = sound.clone();
+    set_u32(&mut one, 32, 1);
+    assert_eq!(parse(named("ktx2").unwrap(), &one).unwrap().0, parse(named("ktx2").unwrap(), &sound).unwrap().0);
     assert_eq!(error(44, 1), "cannot use 'lut.ktx2': its levels are compressed by BasisLZ");
     assert!(error(44, 2).starts_with("cannot use 'lut.ktx2': its level 0 is not sound Zstandard data"));
     assert!(error(0, 0).starts_with("cannot use 'lut.ktx2': it is not a sound KTX2 file"));

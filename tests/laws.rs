@@ -367,7 +367,7 @@ fn every_table_states_its_source_and_bounds() {
             // 1/E.
             "turquin" => 1e-5,
             // Fits: tests/ltc.rs has what they keep.
-            _ if table.usual().on_processor => 1e-2,
+            _ if table.usual().is_fit => 1e-2,
             _ => 1e-6,
         };
         assert!(facts.tolerance.worst <= most && facts.tolerance.median < facts.tolerance.worst);

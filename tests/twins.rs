@@ -424,10 +424,10 @@ fn unwritten_texels_are_nan() {
 #[test]
 fn tables_agree_with_their_twins() {
     on_gpu(|backend| {
-        // Glass and weights of Schlick's term have tests of their own, tests/energy.rs and tests/rings.rs; skin and fits have
-        // no kernel.
+        // Glass and weights of Schlick's term have tests of their own, tests/energy.rs and tests/rings.rs; others have no
+        // kernel.
         let own = |t: &&&dyn Table| {
-            ["glass", "glass-average", "schlick-weight", "skin"].contains(&t.facts().name) || t.usual().on_processor
+            ["glass", "glass-average", "schlick-weight"].contains(&t.facts().name) || t.usual().on_processor
         };
         for table in TABLES.iter().filter(|t| !own(t)) {
             for visibility in VISIBILITIES.iter().filter(|v| v.smith) {

@@ -23,8 +23,31 @@ use crate::rule::transmit;
 use crate::term::fresnel::{Fresnel, IOR_RANGE, Optics, dielectric};
 use crate::verify::{refraction, truth};
 
-/// The table.
-pub struct Glass;
+/// The table, or the part of it that reflects.
+pub struct Glass(Lobes);
+
+/// All of it.
+pub static GLASS: Glass = Glass(Lobes::Both);
+static REFLECTING: Glass = Glass(Lobes::Reflected);
+
+/// What is computed of an interface. What is transmitted costs most of the time.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lobes {
+    /// All of its values.
+    Both,
+    /// Only `reflected` is right: nothing counts as transmitted.
+    Reflected,
+}
+
+impl Lobes {
+    /// What these of the values need.
+    pub(super) fn needed(values: &[usize]) -> Lobes {
+        if values.iter().all(|value| *value == REFLECTED) { Lobes::Reflected } else { Lobes::Both }
+    }
+}
+
+/// The place of `reflected` among the values.
+const REFLECTED: usize = 0;
 
 /// Crown glass from outside.
 pub(super) const WINDOW: Fresnel =
@@ -101,26 +124,35 @@ pub(super) fn channels(reflected: f64, transmitted: f64) -> Values {
     [reflected, transmitted, total, 1.0 - total]
 }
 
-/// Both by the rule.
-pub(super) fn rule(model: &Model, at: At) -> Values {
+/// The lobes by the rule.
+pub(super) fn rule(model: &Model, at: At, lobes: Lobes) -> Values {
     if is_nothing(model) {
         return channels(0.0, 1.0);
     }
-    channels(model.rule(at)[1], model.transmitted(at))
+    channels(model.rule(at)[1], if lobes == Lobes::Both { model.transmitted(at) } else { 0.0 })
 }
 
-/// What the truth says of both.
-pub(super) fn truth(model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
+/// What the truth says of them.
+pub(super) fn truth(model: &Model, at: At, lobes: Lobes, tolerance: f64) -> Estimate<MAX_CHANNELS> {
     if is_nothing(model) {
         return Estimate { value: channels(0.0, 1.0), error: 0.0 };
     }
-    let reflected = truth::albedo(model, at.n_dot_v, at.roughness, 0.5 * tolerance);
-    let transmitted = refraction::transmitted(model, at.n_dot_v, at.roughness, 0.5 * tolerance);
-    Estimate { value: channels(reflected.value[1], transmitted.value[0]), error: reflected.error + transmitted.error }
+    let reflected = truth::reflected(model, at.n_dot_v, at.roughness, 0.5 * tolerance);
+    let transmitted = match lobes {
+        Lobes::Both => refraction::transmitted(model, at.n_dot_v, at.roughness, 0.5 * tolerance),
+        Lobes::Reflected => Estimate { value: [0.0], error: 0.0 },
+    };
+    Estimate { value: channels(reflected.value[0], transmitted.value[0]), error: reflected.error + transmitted.error }
 }
 
-/// Both, on a grid: [`MAX_CHANNELS`] values a texel.
-pub(super) fn on_grid(grid: Grid<'_>, model: &Model, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
+/// The lobes on a grid: [`MAX_CHANNELS`] values a texel.
+pub(super) fn on_grid(
+    grid: Grid<'_>,
+    model: &Model,
+    lobes: Lobes,
+    backend: &Backend,
+    on: &mut OnProgress<'_>,
+) -> Result<Vec<f32>> {
     if is_nothing(model) {
         return Ok(channels(0.0, 1.0).map(|v| v as f32).repeat(grid.n_dot_v.len() * grid.roughness.len()));
     }
@@ -128,7 +160,10 @@ pub(super) fn on_grid(grid: Grid<'_>, model: &Model, backend: &Backend, on: &mut
     let [least, most] = IOR_RANGE;
     let backend = if (least..=most).contains(&model.fresnel.optics.eta[0]) { backend } else { &Backend::Cpu };
     let mut texels = grid.run(backend, model, on)?;
-    let transmitted = grid.transmitted(backend, model, on)?;
+    let transmitted = match lobes {
+        Lobes::Both => grid.transmitted(backend, model, on)?,
+        Lobes::Reflected => vec![0.0; texels.len()],
+    };
     for (texel, transmitted) in
         texels.as_chunks_mut::<MAX_CHANNELS>().0.iter_mut().zip(transmitted.as_chunks::<MAX_CHANNELS>().0)
     {
@@ -143,8 +178,12 @@ impl Table for Glass {
         &FACTS
     }
 
+    fn narrowed(&self, values: &[usize]) -> Option<&'static dyn Table> {
+        (Lobes::needed(values) == Lobes::Reflected).then_some(&REFLECTING)
+    }
+
     fn rule(&self, model: &Model, at: At) -> Values {
-        rule(model, at)
+        rule(model, at, self.0)
     }
 
     fn check(&self, model: &Model) -> Result<()> {
@@ -152,7 +191,7 @@ impl Table for Glass {
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
-        truth(model, at, tolerance)
+        truth(model, at, self.0, tolerance)
     }
 
     fn bake(
@@ -163,6 +202,6 @@ impl Table for Glass {
         backend: &Backend,
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<f32>> {
-        on_grid(Grid { stage: "glass", n_dot_v, roughness, first_slice: None }, model, backend, on)
+        on_grid(Grid { stage: "glass", n_dot_v, roughness, first_slice: None }, model, self.0, backend, on)
     }
 }

@@ -7,7 +7,7 @@
 
 use super::albedo::channel;
 use super::average_albedo::{mean_truth, means, nodes};
-use super::glass::{self, TOLERANCE, WINDOW};
+use super::glass::{self, Lobes, TOLERANCE, WINDOW};
 use super::grid::Grid;
 use super::{At, Backend, Channel, Facts, MAX_CHANNELS, Model, Table, Values};
 use crate::axis::Coordinate;
@@ -15,8 +15,12 @@ use crate::error::Result;
 use crate::progress::OnProgress;
 use crate::quadrature::adaptive::Estimate;
 
-/// The table.
-pub struct GlassAverage;
+/// The table, or the part of it that reflects.
+pub struct GlassAverage(Lobes);
+
+/// All of it.
+pub static GLASS_AVERAGE: GlassAverage = GlassAverage(Lobes::Both);
+static REFLECTING: GlassAverage = GlassAverage(Lobes::Reflected);
 
 static CHANNELS: [Channel; 4] = [
     channel("reflected", "mean share that single scattering reflects"),
@@ -48,10 +52,14 @@ impl Table for GlassAverage {
         &FACTS
     }
 
+    fn narrowed(&self, values: &[usize]) -> Option<&'static dyn Table> {
+        (Lobes::needed(values) == Lobes::Reflected).then_some(&REFLECTING)
+    }
+
     fn rule(&self, model: &Model, at: At) -> Values {
         let mut sum = [0.0; MAX_CHANNELS];
         for node in nodes(model) {
-            let values = glass::rule(model, At { n_dot_v: node.x, ..at });
+            let values = glass::rule(model, At { n_dot_v: node.x, ..at }, self.0);
             sum.iter_mut().zip(values).for_each(|(s, v)| *s += node.weight * v);
         }
         sum
@@ -62,7 +70,8 @@ impl Table for GlassAverage {
     }
 
     fn truth(&self, model: &Model, at: At, tolerance: f64) -> Estimate<MAX_CHANNELS> {
-        mean_truth(at.roughness, tolerance, |n_dot_v| glass::truth(model, At { n_dot_v, ..at }, 0.5 * tolerance))
+        let of = |n_dot_v| glass::truth(model, At { n_dot_v, ..at }, self.0, 0.5 * tolerance);
+        mean_truth(at.roughness, tolerance, of)
     }
 
     fn bake(
@@ -76,6 +85,6 @@ impl Table for GlassAverage {
         let rule = nodes(model);
         let n_dot_v: Vec<f64> = rule.iter().map(|n| n.x).collect();
         let grid = Grid { stage: "glass-average", n_dot_v: &n_dot_v, roughness, first_slice: None };
-        Ok(means(&glass::on_grid(grid, model, backend, on)?, &rule))
+        Ok(means(&glass::on_grid(grid, model, self.0, backend, on)?, &rule))
     }
 }

@@ -187,7 +187,7 @@ impl Table for Ltc {
     }
 
     fn usual(&self) -> Usual {
-        Usual { on_processor: true, ..USUAL }
+        Usual { on_processor: true, is_fit: true, ..USUAL }
     }
 
     fn rule(&self, model: &Model, at: At) -> Values {

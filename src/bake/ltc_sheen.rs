@@ -150,6 +150,7 @@ pub(super) const USUAL: Usual = Usual {
     model: Some(["charlie", "charlie"]),
     single: true,
     on_processor: true,
+    is_fit: true,
 };
 
 impl Table for LtcSheen {

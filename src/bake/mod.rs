@@ -12,6 +12,7 @@ mod glass;
 mod glass_average;
 pub mod grid;
 mod kulla_conty;
+pub mod layers;
 pub mod ltc;
 mod ltc_magnitude;
 mod ltc_sheen;
@@ -32,6 +33,7 @@ pub mod volume;
 
 pub use backend::Backend;
 pub use expanded::RuleChoice;
+pub use layers::LayersJob;
 pub use model::Model;
 pub use roughness_law::RoughnessLaw;
 pub use slice_axis::SliceAxis;
@@ -150,6 +152,8 @@ pub struct Usual {
     pub single: bool,
     /// No device computes it.
     pub on_processor: bool,
+    /// Its values are the least of a function that is flat there: equally good fits may differ in them.
+    pub is_fit: bool,
 }
 
 impl Usual {
@@ -161,6 +165,7 @@ impl Usual {
         model: Some(["ggx", "smith"]),
         single: false,
         on_processor: false,
+        is_fit: false,
     };
 }
 
@@ -208,6 +213,10 @@ pub trait Table: Sync {
     fn law(&self) -> Option<&'static TexelLaw> {
         None
     }
+    /// The same table without what none of these of its values needs; `None` where all are computed at once.
+    fn narrowed(&self, _values: &[usize]) -> Option<&'static dyn Table> {
+        None
+    }
     /// What [`Table::truth`] is, in words.
     fn truth_name(&self) -> &'static str {
         "adaptive f64 integration"
@@ -253,8 +262,8 @@ pub static TABLES: &[&dyn Table] = &[
     &split_sum::SplitSum,
     &albedo::Albedo,
     &average_albedo::AverageAlbedo,
-    &glass::Glass,
-    &glass_average::GlassAverage,
+    &glass::GLASS,
+    &glass_average::GLASS_AVERAGE,
     &schlick_weight::SchlickWeight,
     &kulla_conty::KullaConty,
     &turquin::Turquin,
@@ -503,6 +512,9 @@ impl TableRequest {
         if channels.is_empty() || channels.len() > 4 {
             return Err(Error::usage(format!("{} channels chosen", channels.len()), "choose one to four channels"));
         }
+        let values: Option<Vec<usize>> =
+            channels.iter().filter(|source| source.is_of_table()).map(Source::value).collect();
+        let table = values.and_then(|values| table.narrowed(&values)).unwrap_or(table);
         Ok(TableJob { table, model, axes, channels, roughness, of: self.of, rule: self.rule })
     }
 }
@@ -878,6 +890,12 @@ impl TableRequest {
         };
         let list = |key: &str| Ok::<_, Error>(get(key)?.split(',').map(String::from).collect::<Vec<_>>());
         let name = get("table")?;
+        if layers::are_stated(&texture.meta) {
+            return Err(Error::usage(
+                format!("the file holds the tables {name} in its layers"),
+                "bake the one that is wanted by its own name",
+            ));
+        }
         let usual = TableRequest::new(name);
         let has_model = table(name)?.usual().model.is_some();
         Ok(TableRequest {

@@ -16,7 +16,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
 
 use super::albedo::channel;
-use super::{At, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Values};
+use super::{At, Channel, Facts, MAX_CHANNELS, Model, Table, Tolerance, Usual, Values};
 use crate::axis::Coordinate;
 use crate::error::{Error, Result};
 use crate::quadrature::adaptive::{Estimate, integrate};
@@ -111,6 +111,10 @@ fn values([r, g, b]: [f64; 3]) -> Values {
 impl Table for Skin {
     fn facts(&self) -> &'static Facts {
         &FACTS
+    }
+
+    fn usual(&self) -> Usual {
+        Usual { on_processor: true, ..Usual::TABLE }
     }
 
     fn check(&self, model: &Model) -> Result<()> {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tables over a number of the Fresnel term or of the distribution as well ([`SliceAxis`]): a slice of the table for each. Over n·v, roughness and
-//! that number a file holds a 3-D texture; a table over one of the two and that number is flat, with a row for each.
+//! Tables over a number of the Fresnel term or of the distribution as well ([`SliceAxis`]): a slice of the table for each.
+//! Over n·v, roughness and that number a file holds a 3-D texture, or for engines without them an array whose layers are the
+//! slices; a table over one of the two and that number is flat, with a row for each.
 //!
 //! Where a refractive index is 1 there is no interface: a slice says that nothing is reflected and all is transmitted.
 
@@ -17,13 +18,41 @@ pub const MAX_DEPTH: u32 = 256;
 /// Slices that a spot check looks at: ends and between; of averages, whose truth costs most, two between.
 const SPOT_SLICES: u32 = 4;
 
+/// How a file holds the slices of a table over three axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stacking {
+    /// A 3-D texture, which a sampler filters between slices too.
+    #[default]
+    Volume,
+    /// A 2-D array: a shader reads two layers and mixes them itself.
+    Array,
+}
+
+impl Stacking {
+    /// The one with this name.
+    pub fn parse(name: &str) -> Result<Stacking> {
+        match name {
+            "volume" => Ok(Stacking::Volume),
+            "array" => Ok(Stacking::Array),
+            _ => Err(Error::usage(
+                format!("slices are not stored as '{name}'"),
+                "give volume, a 3-D texture, or array, the layers of a 2-D one",
+            )),
+        }
+    }
+}
+
 /// A table over slices.
 #[derive(Clone)]
 pub struct VolumeJob {
     slices: Vec<TableJob>,
     values: Vec<f64>,
     axis: SliceAxis,
+    stacking: Stacking,
 }
+
+/// The key of the numbers of all slices.
+const VALUES: &str = "slices.values";
 
 /// What a check of a volume found.
 pub struct VolumeReport {
@@ -69,7 +98,20 @@ impl VolumeJob {
         }
         let values: Vec<f64> = (0..depth).map(|i| axis.value(i, depth, request.points)).collect();
         let slice = |value: &f64| at_number(*value, request.clone())?.resolve();
-        Ok(VolumeJob { slices: values.iter().map(slice).collect::<Result<_>>()?, values, axis })
+        let slices = values.iter().map(slice).collect::<Result<_>>()?;
+        Ok(VolumeJob { slices, values, axis, stacking: Stacking::Volume })
+    }
+
+    /// The same table with its slices stored in another way. A flat one has none, and an array has two layers or more.
+    pub fn stacked(self, stacking: Stacking) -> Result<VolumeJob> {
+        if stacking == Stacking::Array && (self.is_flat() || self.slices.len() < 2) {
+            let what = match self.is_flat() {
+                true => "a table of rows over an axis of slices is flat: it is no array",
+                false => "an array has at least two layers, not one",
+            };
+            return Err(Error::usage(what, "drop --slices"));
+        }
+        Ok(VolumeJob { stacking, ..self })
     }
 
     /// One job for each slice.
@@ -87,12 +129,30 @@ impl VolumeJob {
         self.axis
     }
 
-    /// A 3-D texture, or a table with a row for each slice.
+    /// A 3-D texture or an array, or a table with a row for each slice.
     pub fn shape(&self) -> Shape {
-        match self.slices[0].axes.len() {
-            1 => Shape::Table,
-            _ => Shape::Volume { depth: self.slices.len() as u32 },
+        let slices = self.slices.len() as u32;
+        match self.stacking {
+            _ if self.is_flat() => Shape::Table,
+            Stacking::Volume => Shape::Volume { depth: slices },
+            Stacking::Array => Shape::Array { layers: slices },
         }
+    }
+
+    /// Has it a row for each slice?
+    fn is_flat(&self) -> bool {
+        self.slices[0].axes.len() == 1
+    }
+
+    /// The numbers of all slices, as a file states them.
+    fn values_text(&self) -> String {
+        self.values.iter().map(|value| format!("{value:.7}")).collect::<Vec<_>>().join(" ")
+    }
+
+    /// What is wrong with the numbers that a file states of its slices, if anything is. Files of earlier versions state none.
+    pub fn misstated(&self, texture: &Texture) -> Option<String> {
+        let (stated, found) = (texture.meta.get(VALUES)?, self.values_text());
+        (stated != found).then(|| format!("its {VALUES} are '{stated}', but those of {} are '{found}'", self.axis))
     }
 
     /// The rules of all slices, in words.
@@ -125,6 +185,7 @@ impl VolumeJob {
         let (first, last) = (self.values[0], self.values[self.values.len() - 1]);
         let (name, note) = (self.axis.kind().name(), self.axis.kind().note());
         texture.meta.set("slices", format!("the first slice is {name} {first:.6}, the last {last:.6}{note}"));
+        texture.meta.set(VALUES, self.values_text());
         texture.meta.set("fresnel", self.axis.kind().term(&self.slices[0].model.fresnel));
         if self.axis.kind() == Kind::Azimuth {
             texture.meta.set("ndf", without_azimuth(&self.slices[0].model.ndf.to_string()));
@@ -182,17 +243,18 @@ impl VolumeJob {
         let axes = texture.meta.get("axes").unwrap_or_default();
         let (rest, last) = axes.rsplit_once(',').unwrap_or(("", axes));
         let Some(axis) = SliceAxis::parse(last).transpose()? else {
-            return match texture.shape {
-                Shape::Volume { .. } => Err(Error::usage(
+            return match texture.shape.slices() {
+                Some(_) => Err(Error::usage(
                     "the file does not say what its third axis is",
                     "only files that brdf-baker wrote carry their model",
                 )),
-                _ => Ok(None),
+                None => Ok(None),
             };
         };
-        let depth = match texture.shape {
-            Shape::Volume { depth } => depth,
-            _ => texture.height,
+        let depth = texture.shape.slices().unwrap_or(texture.height);
+        let stacking = match texture.shape {
+            Shape::Array { .. } => Stacking::Array,
+            Shape::Table | Shape::Map | Shape::Cube | Shape::Volume { .. } => Stacking::Volume,
         };
         let mut of_slice = Texture { shape: Shape::Table, levels: vec![], ..texture.clone() };
         if texture.shape == Shape::Table {
@@ -201,7 +263,7 @@ impl VolumeJob {
         of_slice.meta.set("axes", rest);
         let order = of_slice.meta.get("order").unwrap_or_default().to_string();
         of_slice.meta.set("order", order.rsplit_once(',').map_or("", |(rest, _)| rest));
-        VolumeJob::new(&TableRequest::from_meta(&of_slice)?, axis, depth).map(Some)
+        VolumeJob::new(&TableRequest::from_meta(&of_slice)?, axis, depth)?.stacked(stacking).map(Some)
     }
 }
 

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use brdf_baker::axis::Points;
-use brdf_baker::bake::{self, Backend, RuleChoice, SliceAxis, TableJob, TableRequest, VolumeJob};
+use brdf_baker::bake::layers::JOINT;
+use brdf_baker::bake::volume::Stacking;
+use brdf_baker::bake::{self, Backend, LayersJob, RuleChoice, SliceAxis, TableJob, TableRequest, VolumeJob};
 use brdf_baker::format::{self, Encoding, Format, Output, Repr, Storage};
 use brdf_baker::material;
 use brdf_baker::progress::OnProgress;
 use brdf_baker::recipe::Origin;
-use brdf_baker::target::{self, Choice};
+use brdf_baker::target::{self, Choice, OF_SET, SET};
 use brdf_baker::term::fresnel::Fresnel;
 use brdf_baker::texture::{Shape, Texture};
 use brdf_baker::verify::table::{Extent, TableReport, check};
@@ -19,16 +21,14 @@ use serde_json::json;
 
 use super::console::Console;
 use super::device::Device;
+use super::given::Given;
 use super::own::{OwnArgs, Wanted};
 use super::storage::{self, StorageArgs};
 
-/// The name that stands for all tables of an engine.
-const SET: &str = "set";
-
 #[derive(clap::Args, Clone)]
 pub struct BakeArgs {
-    /// split-sum, albedo, average-albedo, glass, ltc, skin, ...: see `brdf-baker list tables`; set for all that the engine of
-    /// --for takes, by its own names
+    /// split-sum, albedo, average-albedo, glass, ltc, skin, ...: see `brdf-baker list tables`; several joined by + for the
+    /// layers of an array texture, e.g. ltc+ltc-magnitude; set for all that the engine of --for takes, by its own names
     table: String,
     /// File to write, of a set the folder; its extension chooses the container, see `brdf-baker list formats` [default: the target's]
     #[arg(short, long, value_name = "FILE", required_unless_present = "target")]
@@ -85,6 +85,10 @@ pub struct BakeArgs {
     /// n_dot_v,roughness]
     #[arg(long, value_name = "X,Y[,Z]", value_delimiter = ',')]
     axes: Option<Vec<String>>,
+    /// How a third axis is stored: volume, a 3-D texture, or array, a layer for each slice, for engines that have no 3-D
+    /// textures; the file lists where its slices lie [default: volume]
+    #[arg(long, value_name = "volume|array")]
+    slices: Option<String>,
     /// Where in its texel a value is taken: centers, (i + 1/2)/N, or edges, i/(N - 1) [default: centers]
     #[arg(long, value_name = "centers|edges")]
     points: Option<String>,
@@ -100,7 +104,7 @@ pub struct BakeArgs {
     /// Take every row where it belongs, for a target whose own tables have them one texel high
     #[arg(long, requires = "target")]
     exact_rows: bool,
-    /// What the channels hold, in order [default: scale,bias for split-sum]
+    /// What the channels hold, in order; of layers A,B+C,D [default: scale,bias for split-sum]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     channels: Option<Vec<String>>,
     /// How texels are computed: direct, by quadrature at each; expansion, by a series through the quadrature at some
@@ -121,8 +125,11 @@ pub struct BakeArgs {
 struct Asked {
     start: Instant,
     request: TableRequest,
+    /// Of the tables in the layers behind it.
+    behind: Vec<TableRequest>,
     map: Option<SliceAxis>,
     depth: u32,
+    stacking: Option<Stacking>,
     albedo: Option<(PathBuf, Texture, Encoding)>,
     material: Option<String>,
     path: PathBuf,
@@ -149,31 +156,38 @@ pub struct BakePlan {
     choice: Choice,
 }
 
-impl BakeArgs {
-    pub fn run(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
-        match self.table.as_str() {
-            SET => self.run_set(device, console),
-            _ => {
-                let asked = self.asked(Path::new(""))?;
-                if !asked.own.given() {
-                    return asked.plan()?.run(device, None, console);
-                }
-                if let Some(map) = asked.map {
-                    let what = format!("a BRDF of one's own has no axis {map} over slices");
-                    return Err(Error::usage(what, "leave it out of --axes"));
-                }
-                let Asked { request, choice, path, encoding, preset, storage, own, .. } = asked;
-                own.bake(Wanted { request, choice, path, encoding, preset, storage }, device, console)
-            }
-        }
+/// Carries out what was asked for.
+pub fn run(bake: Given<BakeArgs>, device: &Device<'_>, console: &mut Console) -> Result<()> {
+    let Given { arguments, names } = bake;
+    if arguments.table == SET {
+        return arguments.run_set(&names, device, console);
     }
+    let asked = arguments.asked(Path::new(""))?;
+    if !asked.own.given() {
+        return asked.plan()?.run(device, None, console);
+    }
+    if !asked.behind.is_empty() {
+        return Err(Error::usage("a BRDF of one's own has no layers", "bake one table after the other"));
+    }
+    if let Some(map) = asked.map {
+        let what = format!("a BRDF of one's own has no axis {map} over slices");
+        return Err(Error::usage(what, "leave it out of --axes"));
+    }
+    if asked.stacking.is_some() {
+        return Err(Error::usage("a BRDF of one's own has no slices", "drop --slices"));
+    }
+    let Asked { request, choice, path, encoding, preset, storage, own, .. } = asked;
+    own.bake(Wanted { request, choice, path, encoding, preset, storage }, device, console)
+}
 
+impl BakeArgs {
     /// Bakes every table of an engine, one file after the other: each appears whole or not at all.
-    fn run_set(self, device: &Device<'_>, console: &mut Console) -> Result<()> {
+    /// `given` names the arguments that the user gave.
+    fn run_set(self, given: &[String], device: &Device<'_>, console: &mut Console) -> Result<()> {
         let Some(target) = self.target.as_deref().map(target::parse).transpose()? else {
             return Err(Error::usage("a set is that of an engine", "name it, e.g. bake set --for blender -o FOLDER"));
         };
-        if let Some(name) = self.altered() {
+        if let Some(name) = given.iter().find(|name| !OF_SET.contains(&name.as_str())) {
             return Err(Error::usage(
                 format!("--{name} does not go with a set, whose tables are as {} takes them", target.name),
                 "bake the table that should differ by its own name",
@@ -187,32 +201,6 @@ impl BakeArgs {
             one.plan(Path::new(""))?.run(device, None, console)?;
         }
         Ok(())
-    }
-
-    /// An argument that makes a table differ from what an engine takes.
-    fn altered(&self) -> Option<&'static str> {
-        let given = [
-            ("size", self.size.is_some()),
-            ("ndf", self.ndf.is_some()),
-            ("visibility", self.visibility.is_some()),
-            ("ior", self.ior.is_some()),
-            ("eta-k", self.eta_k.is_some()),
-            ("material", self.material.is_some()),
-            ("exponent", self.exponent.is_some()),
-            ("f0", self.f0.is_some()),
-            ("film", self.film.is_some()),
-            ("roughness", self.roughness.is_some()),
-            ("axes", self.axes.is_some()),
-            ("points", self.points.is_some()),
-            ("flip-v", self.flip_v.is_some()),
-            ("exact-rows", self.exact_rows),
-            ("channels", self.channels.is_some()),
-            ("encoding", self.encoding.is_some()),
-            ("of", self.of.is_some()),
-            ("rule", self.rule.is_some()),
-            ("glsl", self.own.given()),
-        ];
-        given.into_iter().find(|(_, is)| *is).map(|(name, _)| name)
     }
 
     /// Refuses everything that can be refused before any work. `folder` is where a file goes that the target names.
@@ -239,7 +227,21 @@ impl BakeArgs {
         let albedo = self.of.map(|path| read_albedo(path, &self.table)).transpose()?;
         let points = self.points.as_deref().map(Points::parse).transpose()?;
         let rule = self.rule.as_deref().map(RuleChoice::parse).transpose()?.unwrap_or_default();
-        let table = preset.map_or(self.table, |p| p.table.into());
+        let stacking = self.slices.as_deref().map(Stacking::parse).transpose()?;
+        let tables = preset.map_or(self.table, |p| p.table_name());
+        let mut tables = tables.split(JOINT).map(String::from);
+        let table = tables.next().unwrap_or_default();
+        let behind: Vec<String> = tables.collect();
+        let layers = 1 + behind.len();
+        let channels = self.channels.map(|list| channels_of_layers(&list, layers)).transpose()?;
+        let channels = choice.pick(
+            "channels",
+            channels.map(Some),
+            // An exact Fresnel term has channels of its own.
+            preset.filter(|_| fresnel.is_none()).map(|p| Some(p.layers().map(|p| owned(p.channels)).collect())),
+            None,
+        );
+        let mut channels = (0..layers).map(|i| channels.as_ref().map(|list| list[i].clone()));
         let (own_axes, usual_request) = (bake::table(&table)?.facts().axes, TableRequest::new(&table));
         let of_preset = preset.map(|p| Some(p.axis_names()));
         let (axes, map) = split_axes(choice.pick("axes", self.axes.map(Some), of_preset, usual_request.axes))?;
@@ -271,19 +273,15 @@ impl BakeArgs {
                 points: choice.pick("points", points, preset.map(|p| p.points), usual_request.points),
                 flip_v: choice.pick("flip-v", self.flip_v, preset.map(|p| p.flip_v), false),
                 row_shift: choice.pick("exact-rows", self.exact_rows.then_some(0), preset.map(|p| p.row_shift), 0),
-                channels: choice.pick(
-                    "channels",
-                    self.channels.map(Some),
-                    // An exact Fresnel term has channels of its own.
-                    preset.filter(|_| fresnel.is_none()).map(|p| Some(owned(p.channels))),
-                    None,
-                ),
+                channels: channels.next().flatten(),
                 table,
                 fresnel,
                 of: None,
                 rule,
             },
         };
+        let of_layer = |(table, channels)| TableRequest { table, channels, ..request.clone() };
+        let behind = behind.into_iter().zip(channels).map(of_layer).collect();
         let path = match (self.output, preset) {
             (Some(path), _) => path,
             (None, Some(preset)) => folder.join(format!("{}.{}", preset.stem, preset.extension)),
@@ -294,22 +292,37 @@ impl BakeArgs {
         let planes = preset.is_some_and(|p| p.planes);
         let preset = of_preset.zip(preset.map(|p| p.extension));
         let (material, storage, own) = (self.material, self.storage, self.own);
-        let encoding = given;
-        Ok(Asked { start, request, map, depth, albedo, material, path, encoding, preset, planes, storage, choice, own })
+        Ok(Asked {
+            start,
+            request,
+            behind,
+            map,
+            depth,
+            stacking,
+            albedo,
+            material,
+            path,
+            encoding: given,
+            preset,
+            planes,
+            storage,
+            choice,
+            own,
+        })
     }
 }
 
 impl Asked {
     fn plan(self) -> Result<BakePlan> {
-        let Asked { start, request, map, depth, albedo, material, path, preset, storage, choice, .. } = self;
-        let given = self.encoding;
-        let job = Job::new(&request, map, depth)?;
-        let (facts, shape) = (job.slice(), job.shape());
+        let (job, planes) = (self.job()?, self.planes);
+        let Asked { start, albedo, material, path, encoding: given, preset, storage, choice, .. } = self;
+        let shape = job.shape();
         let format = format::for_path(&path)?;
-        let channels = facts.channels.len();
+        let channels = job.tables()[0].channels.len();
         // Halves would round away what the average of stored texels is for, and what some tables hold.
         let single = Encoding::fitting(Repr::F32, channels).filter(|e| format.encodings(Shape::Table).contains(e));
-        let needs_single = albedo.is_some() || (facts.table.usual().single && preset.is_none());
+        let is_fine = job.tables().iter().any(|table| table.table.usual().single);
+        let needs_single = albedo.is_some() || (is_fine && preset.is_none());
         let given = given.or(single.filter(|_| needs_single));
         let mut choice = choice;
         let encoding = choice.encoding(format, shape, channels, given, preset.map(|(encoding, _)| encoding))?;
@@ -317,12 +330,34 @@ impl Asked {
         if let Some((_, extension)) = preset {
             choice.container(format, extension);
         }
-        for (i, channel) in facts.channel_facts().enumerate() {
-            let [low, high] = facts.range(i);
-            format::check_range(&path, format, encoding, channel.name, &(low..=high))?;
+        for table in job.tables() {
+            for (i, channel) in table.channel_facts().enumerate() {
+                let [low, high] = table.range(i);
+                format::check_range(&path, format, encoding, channel.name, &(low..=high))?;
+            }
         }
-        let planes = self.planes && format.holds_planes();
+        let planes = planes && shape == Shape::Table && format.holds_planes();
         Ok(BakePlan { start, job, albedo, material, path, format, storage, planes, choice })
+    }
+
+    fn job(&self) -> Result<Job> {
+        match self.map {
+            Some(map) if self.behind.is_empty() => {
+                let volume = VolumeJob::new(&self.request, map, self.depth)?;
+                Ok(Job::Volume(volume.stacked(self.stacking.unwrap_or_default())?))
+            }
+            Some(map) => {
+                Err(Error::usage(format!("tables over slices along {map} are no layers"), "bake one after the other"))
+            }
+            None if self.stacking.is_some() => {
+                Err(Error::usage("the table has no axis over slices", "drop --slices, or name a third one in --axes"))
+            }
+            None if self.behind.is_empty() => Ok(Job::Flat(Box::new(self.request.resolve()?))),
+            None => {
+                let requests: Vec<TableRequest> = [&self.request].into_iter().chain(&self.behind).cloned().collect();
+                Ok(Job::Layers(LayersJob::new(&requests)?))
+            }
+        }
     }
 }
 
@@ -335,26 +370,26 @@ impl BakePlan {
     /// Bakes, checks and writes; the file states its `origin` where it has one.
     pub fn run(self, device: &Device<'_>, origin: Option<&Origin>, console: &mut Console) -> Result<()> {
         let BakePlan { start, job, albedo, material, path, format, storage, planes, choice } = self;
-        let (facts, shape, encoding) = (job.slice(), job.shape(), storage.encoding);
-        let channels = facts.channels.len();
+        let (facts, shape, encoding) = (&job.tables()[0], job.shape(), storage.encoding);
         console.overrides(&choice);
         let output = Output::prepare(&path)?;
 
         // A weighted sum of texels is no work for a device, and some tables have no kernel.
-        let backend = match &albedo {
-            Some(_) => &Backend::Cpu,
-            None if facts.table.usual().on_processor => device.processor(facts.table.facts().name)?,
-            None => device.backend()?,
+        let backend = |table: &TableJob| match &albedo {
+            Some(_) => Ok(&Backend::Cpu),
+            None if table.table.usual().on_processor => device.processor(table.table.facts().name),
+            None => device.backend(),
         };
+        let backends: Vec<&Backend> = job.tables().iter().map(backend).collect::<Result<_>>()?;
         let mut texture = match &albedo {
             Some((_, albedo, encoding)) => facts.average(albedo, *encoding)?,
-            None => job.run(backend, &mut |p| console.progress(p))?,
+            None => job.run(&backends, &mut |p| console.progress(p))?,
         };
         let report = job.check(&texture, &mut |p| console.progress(p))?;
         if let Some(failure) = report.failures.first() {
             return Err(Error::Verify { what: format!("'{}' was not written: {failure}", path.display()) });
         }
-        backend.check_messages()?;
+        backends.iter().try_for_each(|backend| backend.check_messages())?;
         if let Some(name) = material.as_deref().or(albedo.as_ref().and_then(|(_, t, _)| t.meta.get("material"))) {
             texture.meta.set("material", name);
         }
@@ -376,24 +411,28 @@ impl BakePlan {
         let seconds = start.elapsed().as_secs_f64();
         let (width, height) = (texture.width, texture.height);
         let slices = job.slices();
-        let size = match shape {
-            Shape::Volume { depth } => format!("{width}x{height}x{depth}"),
-            _ => format!("{width}x{height}"),
+        let size = match shape.slices() {
+            Some(slices) => format!("{width}x{height}x{slices}"),
+            None => format!("{width}x{height}"),
         };
+        let mut devices: Vec<&str> = backends.iter().map(|backend| backend.name()).collect();
+        devices.dedup();
+        let device = devices.join(", ");
+        let longest = backends.iter().filter_map(|backend| backend.longest_dispatch_ms()).max_by(f64::total_cmp);
         let (worst, rounding) = (report.worst() + report.truth_error, written.rounding.most.max_abs);
         console.result(
             &format!(
-                "{}  {size} {}  max error {worst:.1e} (+ {rounding:.1e} rounding)  {seconds:.2} s  {}",
+                "{}  {size} {}  max error {worst:.1e} (+ {rounding:.1e} rounding)  {seconds:.2} s  {device}",
                 path.display(),
                 encoding.name,
-                backend.name()
             ),
             &json!({
                 "path": path,
-                "table": facts.table.facts().name,
+                "table": texture.meta.get("table"),
                 "width": width,
                 "height": height,
                 "slices": slices,
+                "layers": job.layers(),
                 "encoding": encoding.name,
                 "bytes": written.bytes,
                 "max_error": worst,
@@ -403,41 +442,43 @@ impl BakePlan {
                 "checked_texels": report.truth_texels,
                 "rule": texture.meta.get("rule"),
                 "rule_note": texture.meta.get("rule.note"),
-                "output_texels": texture.levels[0].len() / channels,
-                "longest_dispatch_ms": backend.longest_dispatch_ms(),
+                "output_texels": texture.levels[0].len() / texture.channels.len(),
+                "longest_dispatch_ms": longest,
                 "seconds": seconds,
-                "device": backend.name(),
+                "device": device,
             }),
         )
     }
 }
 
-/// A table, or one over slices.
+/// A table, one over slices, or several in layers.
 enum Job {
     Flat(Box<TableJob>),
     Volume(VolumeJob),
+    Layers(LayersJob),
 }
 
 impl Job {
-    fn new(request: &TableRequest, map: Option<SliceAxis>, depth: u32) -> Result<Job> {
-        Ok(match map {
-            None => Job::Flat(Box::new(request.resolve()?)),
-            Some(map) => Job::Volume(VolumeJob::new(request, map, depth)?),
-        })
-    }
-
-    /// The table, or its first slice: all share its channels and axes.
-    fn slice(&self) -> &TableJob {
+    /// The table, or the tables of the layers; over slices the first, whose channels and axes all share.
+    fn tables(&self) -> &[TableJob] {
         match self {
-            Job::Flat(job) => job,
-            Job::Volume(volume) => &volume.slices()[0],
+            Job::Flat(job) => std::slice::from_ref(job),
+            Job::Volume(volume) => &volume.slices()[..1],
+            Job::Layers(layers) => layers.layers(),
         }
     }
 
     fn slices(&self) -> Option<usize> {
         match self {
-            Job::Flat(_) => None,
+            Job::Flat(_) | Job::Layers(_) => None,
             Job::Volume(volume) => Some(volume.slices().len()),
+        }
+    }
+
+    fn layers(&self) -> Option<usize> {
+        match self {
+            Job::Flat(_) | Job::Volume(_) => None,
+            Job::Layers(layers) => Some(layers.layers().len()),
         }
     }
 
@@ -445,21 +486,25 @@ impl Job {
         match self {
             Job::Flat(_) => Shape::Table,
             Job::Volume(volume) => volume.shape(),
+            Job::Layers(layers) => layers.shape(),
         }
     }
 
     /// What the loosest texel keeps, before rounding.
     fn bound(&self) -> f64 {
-        match self {
-            Job::Flat(job) => job.loosest().worst,
-            Job::Volume(volume) => volume.slices().iter().map(|job| job.loosest().worst).fold(0.0, f64::max),
-        }
+        let tables = match self {
+            Job::Flat(_) | Job::Layers(_) => self.tables(),
+            Job::Volume(volume) => volume.slices(),
+        };
+        tables.iter().map(|job| job.loosest().worst).fold(0.0, f64::max)
     }
 
-    fn run(&self, backend: &Backend, on: &mut OnProgress<'_>) -> Result<Texture> {
+    /// Bakes where `backends` says, of each of [`Job::tables`].
+    fn run(&self, backends: &[&Backend], on: &mut OnProgress<'_>) -> Result<Texture> {
         match self {
-            Job::Flat(job) => job.run(backend, on),
-            Job::Volume(volume) => volume.run(backend, on),
+            Job::Flat(job) => job.run(backends[0], on),
+            Job::Volume(volume) => volume.run(backends[0], on),
+            Job::Layers(layers) => layers.run(backends, on),
         }
     }
 
@@ -468,6 +513,7 @@ impl Job {
         match self {
             Job::Flat(job) => check(job, texture, None, Extent::Spot, on),
             Job::Volume(volume) => Ok(volume.check(texture, None, Extent::Spot, on)?.all),
+            Job::Layers(layers) => Ok(layers.check(texture, None, Extent::Spot, on)?.all),
         }
     }
 }
@@ -482,6 +528,18 @@ fn split_axes(axes: Option<Vec<String>>) -> Result<(Option<Vec<String>>, Option<
             Ok((Some(axes), Some(map)))
         }
     }
+}
+
+/// The names of the channels of each layer: `a`, `b+c`, `d` are a and b of the first and c and d of the second.
+fn channels_of_layers(names: &[String], layers: usize) -> Result<Vec<Vec<String>>> {
+    let joined = names.join(",");
+    let list: Vec<Vec<String>> =
+        joined.split(JOINT).map(|layer| layer.split(',').map(String::from).collect()).collect();
+    if list.len() == layers {
+        return Ok(list);
+    }
+    let what = format!("--channels names those of {} tables, but there are {layers}", list.len());
+    Err(Error::usage(what, format!("join the lists by {JOINT}, one for each table")))
 }
 
 /// One to three numbers of texels.

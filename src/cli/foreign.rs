@@ -60,15 +60,16 @@ pub enum File {
     Others(Picture),
 }
 
-/// Reads a file of either kind.
-pub fn read(path: &Path) -> Result<File> {
+/// Reads a file of either kind, of others' arrays one layer.
+pub fn read(path: &Path, layer: Option<u32>) -> Result<File> {
+    let may_be_others = |shape| matches!(shape, Shape::Table | Shape::Array { .. });
     match format::for_path(path).and_then(|format| format.read(path)) {
-        Ok((texture, encoding)) if texture.shape != Shape::Table || texture.meta.get("table").is_some() => {
+        Ok((texture, encoding)) if !may_be_others(texture.shape) || texture.meta.get("table").is_some() => {
             Ok(File::Own(texture, encoding))
         }
-        Ok(_) => Picture::read(path).map(File::Others),
+        Ok(_) => Picture::read_layer(path, layer).map(File::Others),
         // Others' files may hold what ours do not. What nobody can read is told as of a file of ours.
-        Err(own) => Picture::read(path).map(File::Others).map_err(|_| own),
+        Err(own) => Picture::read_layer(path, layer).map(File::Others).map_err(|_| own),
     }
 }
 

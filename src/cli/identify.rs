@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use brdf_baker::bake::LayersJob;
 use brdf_baker::format::picture::Picture;
 use brdf_baker::format::{self, Encoding};
 use brdf_baker::verify::identify::{Difference, Fit, NOISY, Report, Verdict, identify};
@@ -22,6 +23,9 @@ pub struct IdentifyArgs {
     /// How bare texels are stored; `brdf-baker list encodings` shows the names
     #[arg(long, value_name = "NAME", requires = "size")]
     encoding: Option<String>,
+    /// Which one of a file that holds several: a layer of an array, a part of an OpenEXR file, counted from 0
+    #[arg(long, value_name = "N", conflicts_with = "encoding")]
+    layer: Option<u32>,
 }
 
 impl IdentifyArgs {
@@ -29,11 +33,11 @@ impl IdentifyArgs {
         let encoding = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let picture = match (self.size, encoding) {
             (Some(size), Some(encoding)) => Picture::read_raw(&self.file, size, encoding)?,
-            _ => Picture::read(&self.file)?,
+            _ => Picture::read_layer(&self.file, self.layer)?,
         };
         let report = identify(&picture, &mut |p| console.progress(p))?;
         let path = self.file.display().to_string();
-        let stated = stated(&self.file);
+        let stated = stated(&self.file, self.layer);
         let stated = stated.as_deref();
         console.result(&text(&path, &picture, &report, stated), &value(&path, &picture, &report, stated))?;
         match report.verdict {
@@ -44,8 +48,11 @@ impl IdentifyArgs {
 }
 
 /// What a file of ours says that it is: its texels may be of a kind that is not tried.
-fn stated(path: &Path) -> Option<String> {
-    let (texture, _) = format::for_path(path).ok()?.read(path).ok()?;
+fn stated(path: &Path, layer: Option<u32>) -> Option<String> {
+    let (mut texture, _) = format::for_path(path).ok()?.read(path).ok()?;
+    if let (Some(i), Ok(Some(layers))) = (layer, LayersJob::from_meta(&texture)) {
+        texture = (i < texture.faces()).then(|| layers.layer(&texture, i as usize))?;
+    }
     texture.meta.get("table")?;
     let keys = ["table", "ndf", "visibility", "fresnel", "axes", "points", "order"];
     let said = keys.into_iter().filter_map(|key| texture.meta.get(key)).collect::<Vec<_>>().join(" ");

@@ -18,11 +18,9 @@ pub fn run(file: &Path, console: &mut Console) -> Result<()> {
         Shape::Map => "map",
         Shape::Cube => "cube",
         Shape::Volume { .. } => "volume",
+        Shape::Array { .. } => "array",
     };
-    let depth = match texture.shape {
-        Shape::Volume { depth } => Some(depth),
-        _ => None,
-    };
+    let depth = texture.shape.slices();
     let slices = depth.map_or(String::new(), |depth| format!("x{depth}"));
     let size = format!("{}x{}{slices}", texture.width, texture.height);
     let mut text = format!("{}\n", file.display());

@@ -30,6 +30,15 @@ pub enum What {
 }
 
 /// One entry of a registry.
+/// Every shape, and what files call it. Of several tables any number will do.
+const SHAPES: [(Shape, &str); 5] = [
+    (Shape::Table, "tables"),
+    (Shape::Volume { depth: 2 }, "volumes"),
+    (Shape::Array { layers: 2 }, "arrays"),
+    (Shape::Map, "maps"),
+    (Shape::Cube, "cubes"),
+];
+
 struct Entry {
     name: &'static str,
     about: String,
@@ -97,11 +106,7 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
             let about = |encoding| {
                 let holders: Vec<String> = formats()
                     .iter()
-                    .filter(|f| {
-                        [Shape::Table, Shape::Map, Shape::Cube, Shape::Volume { depth: 1 }]
-                            .iter()
-                            .any(|s| f.encodings(*s).contains(encoding))
-                    })
+                    .filter(|f| SHAPES.iter().any(|(shape, _)| f.encodings(*shape).contains(encoding)))
                     .map(|f| format!(".{}", f.extension()))
                     .collect();
                 holders.join(" ")
@@ -109,14 +114,12 @@ fn entries(what: What) -> (&'static str, Vec<Entry>) {
             ("encodings", ENCODINGS.iter().map(|e| Entry { name: e.name, about: about(e), source: "" }).collect())
         }
         What::Formats => {
-            let volume = Shape::Volume { depth: 1 };
-            let shapes = [(Shape::Table, "tables"), (volume, "volumes"), (Shape::Map, "maps"), (Shape::Cube, "cubes")];
             let entry = |f: &&'static dyn Format| {
-                let held = shapes.iter().filter(|(shape, _)| !f.encodings(*shape).is_empty());
+                let held = SHAPES.iter().filter(|(shape, _)| !f.encodings(*shape).is_empty());
                 let held: Vec<&str> = held.map(|(_, word)| *word).collect();
                 let mips = if f.holds_mips() { "mips" } else { "one level" };
                 let meta = if f.holds_meta() { "" } else { ", no metadata" };
-                let is_held = |e: &&Encoding| shapes.iter().any(|(shape, _)| f.encodings(*shape).contains(e));
+                let is_held = |e: &&Encoding| SHAPES.iter().any(|(shape, _)| f.encodings(*shape).contains(e));
                 let names: Vec<&str> = ENCODINGS.iter().filter(is_held).map(|e| e.name).collect();
                 let about = format!("{}: {} ({mips}{meta}) as {}", f.name(), held.join(", "), names.join(" "));
                 Entry { name: f.extension(), about, source: "" }

@@ -7,6 +7,7 @@ mod curves;
 mod device;
 mod env;
 mod foreign;
+mod given;
 mod identify;
 mod info;
 mod list;
@@ -72,9 +73,10 @@ enum Command {
   brdf-baker bake split-sum -o dfg.ktx2
   brdf-baker bake split-sum --for bevy
   brdf-baker bake average-albedo --of albedo.ktx2 -o average.ktx2
+  brdf-baker bake ltc+ltc-magnitude -o ltc.ktx2
   brdf-baker bake albedo -o copper.exr --material copper --ndf ggx:ratio=0.3,azimuth=45
   brdf-baker bake split-sum -o mine.ktx2 --glsl my_brdf.glsl --min-roughness 0.045")]
-    Bake(Box<bake::BakeArgs>),
+    Bake(Box<given::Given<bake::BakeArgs>>),
     /// Prefilter an environment: specular mips, irradiance, spherical harmonics
     #[command(
         after_help = "INPUT is a file (.hdr .exr .png .jpg: equirectangular, strip or cross; .ktx2 .dds: a cube) \
@@ -204,7 +206,7 @@ Examples:
 pub fn run(args: Args) -> Result<()> {
     let mut console = Console::new(&args.global)?;
     match args.command {
-        Command::Bake(bake) => bake.run(&Device::new(&args.global), &mut console),
+        Command::Bake(bake) => bake::run(*bake, &Device::new(&args.global), &mut console),
         Command::Env(env) => env.run(&Device::new(&args.global), &mut console),
         Command::Run(run) => run.run(&args.global, &mut console),
         Command::Sky(sky) => sky.run(&mut console),

@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use brdf_baker::bake::own::SOURCE_SHA256;
-use brdf_baker::bake::{TableJob, VolumeJob};
+use brdf_baker::bake::{LayersJob, TableJob, VolumeJob};
 use brdf_baker::format::{Output, Steps};
 use brdf_baker::progress::Progress;
-use brdf_baker::texture::{Shape, Texture};
+use brdf_baker::texture::Texture;
 use brdf_baker::verify::certificate::{Certificate, Verdict};
 use brdf_baker::verify::table::{Extent, TableReport, check};
 use brdf_baker::{Error, Result, report};
@@ -35,6 +35,9 @@ pub struct VerifyArgs {
     /// Also write what was found as one page: texels, errors, slices, laws, conventions
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// One layer alone of an array, counted from 0: as a table, so that --report can draw it
+    #[arg(long, value_name = "N", conflicts_with_all = ["source", "glsl"])]
+    layer: Option<u32>,
     /// The source of the BRDF of one's own that the file holds: computes texels again by a finer rule
     #[arg(long, value_name = "FILE.glsl")]
     glsl: Option<PathBuf>,
@@ -60,7 +63,7 @@ impl VerifyArgs {
                 "give a number of at least 0, e.g. 1e-3",
             ));
         }
-        let (texture, encoding) = match foreign::read(&self.file)? {
+        let (texture, encoding) = match foreign::read(&self.file, self.layer)? {
             File::Own(texture, encoding) => (texture, encoding),
             File::Others(_) if self.report.is_some() || self.source.is_some() || self.glsl.is_some() => {
                 let what = format!(
@@ -91,8 +94,11 @@ impl VerifyArgs {
             }
             return super::own::verify(checked, glsl, &texture, encoding, certificate, global, console);
         }
-        let is_table = matches!(texture.shape, Shape::Table | Shape::Volume { .. });
-        if !is_table {
+        if !texture.shape.is_table() {
+            if self.layer.is_some() {
+                let what = format!("'{}' holds no tables", self.file.display());
+                return Err(Error::usage(what, "drop --layer"));
+            }
             let source = self.source.as_deref();
             return super::verify_environment::run(checked, source, &texture, encoding, certificate, console);
         }
@@ -104,10 +110,22 @@ impl VerifyArgs {
             ));
         }
         let steps = Steps::of(encoding, &texture.meta).map_err(named)?;
-        if let Some(volume) = VolumeJob::from_meta(&texture).map_err(named)? {
-            return verify_volume(checked, &volume, &texture, steps, certificate, console);
-        }
-        let job = TableJob::from_meta(&texture).map_err(named)?;
+        let (job, texture) = match (LayersJob::from_meta(&texture).map_err(named)?, self.layer) {
+            (Some(layers), None) => return verify_layers(checked, &layers, &texture, steps, certificate, console),
+            (Some(layers), Some(i)) => {
+                let job = layers.layers().get(i as usize).ok_or_else(|| {
+                    named(Error::usage(format!("it has no layer {i}"), format!("it has {}, from 0", texture.faces())))
+                })?;
+                (job.clone(), layers.layer(&texture, i as usize))
+            }
+            (None, Some(_)) => {
+                return Err(named(Error::usage("it has no layers that are tables of their own", "drop --layer")));
+            }
+            (None, None) => match VolumeJob::from_meta(&texture).map_err(named)? {
+                Some(volume) => return verify_volume(checked, &volume, &texture, steps, certificate, console),
+                None => (TableJob::from_meta(&texture).map_err(named)?, texture),
+            },
+        };
         let on = &mut |p: Progress<'_>| console.progress(p);
         let report = check(&job, &texture, Some(steps), extent, on)?;
         let certificate = certificate.table(job.rule_name(), &texture.meta, &report);
@@ -157,6 +175,7 @@ fn verify_volume(
     let found = volume.check(texture, Some(steps), checked.extent, &mut |p| console.progress(p))?;
     let certificate = certificate.table(volume.rule_name(), &texture.meta, &found.all);
     let mut failures = [found.all.failures.clone(), certificate.failures.clone()].concat();
+    failures.extend(volume.misstated(texture));
     if let Some(most) = checked.max_error {
         failures.extend(exceeds(found.all.worst(), most, "of a checked texel"));
     }
@@ -186,6 +205,59 @@ fn verify_volume(
         "report": found.all,
         "worst_slices": found.worst_slices,
         "checked_slices": found.slices,
+        "certificate": certificate,
+    });
+    checked.conclude(text, &result, &certificate, &failures, None, console)
+}
+
+/// Several tables in layers: each is checked as a table.
+fn verify_layers(
+    checked: Checked,
+    layers: &LayersJob,
+    texture: &Texture,
+    steps: Steps,
+    certificate: Certificate,
+    console: &mut Console,
+) -> Result<()> {
+    if checked.page.is_some() {
+        let help = "name one with --layer, or drop --report";
+        return Err(Error::usage("--report draws one table, not the layers of an array", help));
+    }
+    let found = layers.check(texture, Some(steps), checked.extent, &mut |p| console.progress(p))?;
+    let mut certificate = certificate.table(layers.rule_name(), &texture.meta, &found.all);
+    for (i, job) in layers.layers().iter().enumerate() {
+        let layer = layers.layer(texture, i);
+        certificate = certificate.described(&layer.meta, &job.described(&layer), &steps);
+    }
+    let mut failures = [found.all.failures.clone(), certificate.failures.clone()].concat();
+    if let Some(most) = checked.max_error {
+        failures.extend(exceeds(found.all.worst(), most, "of a checked texel"));
+    }
+    let verdict = if failures.is_empty() { "right" } else { "WRONG" };
+    let encoding = steps.encoding.name;
+    let mut text = format!("{}  {} {encoding}: {verdict}", checked.file.display(), layers.name());
+    for (i, (job, report)) in layers.layers().iter().zip(&found.layers).enumerate() {
+        text.push_str(&format!("\n  layer {i}    {}{}", job.table.facts().name, model(job)));
+        text.push_str(&measured(job, report));
+    }
+    let of_layer = |(job, report): (&TableJob, &TableReport)| {
+        json!({
+            "table": job.table.facts().name,
+            "ndf": job.has_model().then(|| job.model.ndf.to_string()),
+            "visibility": job.has_model().then_some(job.model.visibility.name),
+            "fresnel": job.has_model().then(|| job.model.fresnel.to_string()),
+            "report": report,
+        })
+    };
+    let result = json!({
+        "path": checked.file,
+        "table": layers.name(),
+        "encoding": encoding,
+        "passed": failures.is_empty(),
+        "max_error": checked.max_error,
+        "failures": failures,
+        "report": found.all,
+        "layers": layers.layers().iter().zip(&found.layers).map(of_layer).collect::<Vec<_>>(),
         "certificate": certificate,
     });
     checked.conclude(text, &result, &certificate, &failures, None, console)
@@ -252,9 +324,17 @@ fn claims(certificate: &Certificate) -> String {
 
 fn text(path: &str, job: &TableJob, encoding: &str, report: &TableReport, right: bool) -> String {
     let verdict = if right { "right" } else { "WRONG" };
-    let model =
-        if job.has_model() { format!(" {} {}", job.model.ndf, job.model.visibility.name) } else { String::new() };
-    let mut text = format!("{path}  {}{model} {encoding}: {verdict}", job.table.facts().name);
+    format!("{path}  {}{} {encoding}: {verdict}{}", job.table.facts().name, model(job), measured(job, report))
+}
+
+/// Distribution and geometry term, where it has some.
+fn model(job: &TableJob) -> String {
+    if job.has_model() { format!(" {} {}", job.model.ndf, job.model.visibility.name) } else { String::new() }
+}
+
+/// What a check of a table found, line by line.
+fn measured(job: &TableJob, report: &TableReport) -> String {
+    let mut text = String::new();
     for c in &report.channels {
         text.push_str(&format!(
             "\n  {:10} max error {:.2e} at texel ({}, {}), {}, rms {:.2e}, median {:.2e}, correctly rounded {:.2} %",

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! DDS (DirectDraw Surface) with the header of Direct3D 10: tables over two axes or three and cubes with their mips, in every encoding that has a
-//! DXGI_FORMAT.
+//! DDS (DirectDraw Surface) with the header of Direct3D 10: tables over two axes or three, arrays of tables, and cubes with
+//! their mips, in every encoding that has a DXGI_FORMAT.
 //!
-//! Header and order of faces and mips (each face with all its mips) after Microsoft's reference of the format, by the
+//! Header and order of faces, layers and mips (each face with all its mips) after Microsoft's reference of the format, by the
 //! `ddsfile` crate. The format has no place for metadata: what was baked, its axes and its certificate are not in the
 //! file. `identify` finds a table's model again; who must be able to verify keeps a .ktx2 beside it.
 
@@ -89,7 +89,11 @@ impl Format for Dds {
             depth,
             format: known().find(|(e, _)| *e == encoding).map(|(_, d)| d).expect("check() refuses other encodings"),
             mipmap_levels: Some(texture.levels.len() as u32),
-            array_layers: is_cube.then_some(6),
+            array_layers: match texture.shape {
+                Shape::Cube => Some(6),
+                Shape::Array { layers } => Some(layers),
+                Shape::Table | Shape::Map | Shape::Volume { .. } => None,
+            },
             caps2: match depth {
                 Some(_) => Some(Caps2::VOLUME),
                 None => is_cube.then_some(Caps2::CUBEMAP | Caps2::CUBEMAP_ALLFACES),
@@ -130,16 +134,21 @@ impl Format for Dds {
         };
         let (width, height) = (file.header.width, file.header.height);
         let is_cube = header.misc_flag.contains(MiscFlag::TEXTURECUBE);
-        let is_flat = header.resource_dimension == D3D10ResourceDimension::Texture2D && header.array_size == 1;
+        let is_flat = header.resource_dimension == D3D10ResourceDimension::Texture2D;
         let is_deep = header.resource_dimension == D3D10ResourceDimension::Texture3D && header.array_size == 1;
         let depth = file.header.depth.filter(|depth| is_deep && *depth > 0);
         let shape = match is_cube {
             false if depth.is_some() && width > 0 && height > 0 => depth.map(|depth| Shape::Volume { depth }),
             _ if !is_flat || width == 0 || height == 0 => None,
-            true => (width == height).then_some(Shape::Cube),
-            false => Some(Shape::Table),
+            true => (width == height && header.array_size == 1).then_some(Shape::Cube),
+            false => match header.array_size {
+                0 => None,
+                1 => Some(Shape::Table),
+                layers => Some(Shape::Array { layers }),
+            },
         };
-        let shape = shape.ok_or_else(|| wrong("it is neither a plain 2-D or 3-D texture nor a plain cube".into()))?;
+        let what = "it is neither a 2-D texture, an array of such or a 3-D texture, nor a plain cube";
+        let shape = shape.ok_or_else(|| wrong(what.into()))?;
         let mips = file.header.mip_map_count.unwrap_or(1).max(1);
         if mips > 32 - width.max(height).leading_zeros() || (depth.is_some() && mips > 1) {
             return Err(wrong("it has more levels than its size allows".into()));

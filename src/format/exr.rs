@@ -3,7 +3,8 @@
 //!
 //! A table is a single part with the channels R, RG, RGB or RGBA. A cube has one part a mip, named `mip0`, `mip1`, …,
 //! with the faces +X −X +Y −Y +Z −Z below each other: as wide as a face and six times as high. A map of
-//! the sphere has one part a mip likewise. The file holds the texture's channels and no others: an encoding's further components are not written, and the encoding that is read
+//! the sphere has one part a mip likewise, a volume one a slice, `slice0`, `slice1`, …, and an array one a layer, `layer0`,
+//! `layer1`, …: OpenEXR's own layers are groups of channels, which share a size but which few readers tell apart. The file holds the texture's channels and no others: an encoding's further components are not written, and the encoding that is read
 //! back is the smallest that fits. Meta is in the attributes of the first part, as UTF-8 text.
 
 use std::io::Cursor;
@@ -23,7 +24,7 @@ use crate::texture::{Shape, Texture};
 #[derive(Debug)]
 pub struct Exr;
 
-/// More parts than slices of the deepest volume: not a file of ours.
+/// As many as slices of the deepest volume. More is not a file of ours.
 const MAX_PARTS: usize = 256;
 const CHANNEL_NAMES: [&str; 4] = ["R", "G", "B", "A"];
 
@@ -51,10 +52,13 @@ impl Format for Exr {
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
         check(path, self, texture, storage)?;
         let encoding = storage.encoding;
-        let parts: e::Layers<_> = match texture.shape {
-            Shape::Volume { depth } => (0..depth as usize).map(|slice| part(texture, slice, encoding)).collect(),
-            _ => (0..texture.levels.len()).map(|level| part(texture, level, encoding)).collect(),
-        };
+        let parts = texture.shape.slices().map_or(texture.levels.len(), |slices| slices as usize);
+        if parts > MAX_PARTS {
+            let what =
+                format!("cannot write '{}': {parts} parts are more than the {MAX_PARTS} that are read", path.display());
+            return Err(Error::usage(what, "write a .ktx2 or .dds file"));
+        }
+        let parts: e::Layers<_> = (0..parts).map(|i| part(texture, i, encoding)).collect();
         let count = parts.len();
         let window = e::IntegerBounds::from_dimensions(parts[0].size);
         let image = e::Image { attributes: e::ImageAttributes::new(window), layer_data: parts };
@@ -105,15 +109,25 @@ impl Format for Exr {
 
 type Part = e::Layer<e::AnyChannels<e::FlatSamples>>;
 
-/// A level, or a slice of a volume.
+/// What a part's name begins with.
+fn kind(shape: Shape) -> Option<&'static str> {
+    match shape {
+        Shape::Table => None,
+        Shape::Volume { .. } => Some("slice"),
+        Shape::Array { .. } => Some("layer"),
+        Shape::Map | Shape::Cube => Some("mip"),
+    }
+}
+
+/// A level, a slice of a volume, or a layer of an array.
 fn part(texture: &Texture, index: usize, encoding: Encoding) -> Part {
-    let is_volume = matches!(texture.shape, Shape::Volume { .. });
-    let (width, height) = texture.level_size(if is_volume { 0 } else { index });
-    let rows = if is_volume { height as usize } else { height as usize * texture.faces() as usize };
+    let is_slice = texture.shape.slices().is_some();
+    let (width, height) = texture.level_size(if is_slice { 0 } else { index });
+    let rows = if is_slice { height as usize } else { height as usize * texture.faces() as usize };
     let size = e::Vec2(width as usize, rows);
     let n = texture.channels.len();
     let len = width as usize * rows * n;
-    let texels = if is_volume { &texture.levels[0][index * len..][..len] } else { &texture.levels[index] };
+    let texels = if is_slice { &texture.levels[0][index * len..][..len] } else { &texture.levels[index] };
     let channels = (0..n).map(|c| {
         let values = texels.iter().skip(c).step_by(n).copied();
         let limit = *Repr::F16.range().end();
@@ -124,8 +138,7 @@ fn part(texture: &Texture, index: usize, encoding: Encoding) -> Part {
         e::AnyChannel::new(CHANNEL_NAMES[c], samples)
     });
     let mut attributes = e::LayerAttributes::default();
-    if texture.shape != Shape::Table {
-        let kind = if is_volume { "slice" } else { "mip" };
+    if let Some(kind) = kind(texture.shape) {
         attributes.layer_name = Some(format!("{kind}{index}").as_str().into());
     }
     if index == 0 {
@@ -172,7 +185,8 @@ fn from_parts(path: &Path, parts: &[Part]) -> Result<(Texture, Encoding)> {
     let first = parts.first().ok_or_else(|| wrong("it has no part"))?;
     let (width, rows) = (first.size.width(), first.size.height());
     let are = |kind: &str| (0..parts.len()).all(|i| name(i) == Some(format!("{kind}{i}")));
-    let (are_mips, are_slices) = (are("mip"), are("slice"));
+    let (are_mips, are_layers) = (are("mip"), are("layer"));
+    let are_slices = are_layers || are("slice");
 
     // Channels and precision, which all parts share.
     let list = &first.channel_data.list;
@@ -209,9 +223,15 @@ fn from_parts(path: &Path, parts: &[Part]) -> Result<(Texture, Encoding)> {
     let (shape, height) = match rows == 6 * width {
         _ if are_mips && is_map(&meta) => (Shape::Map, rows),
         true if are_mips => (Shape::Cube, width),
+        _ if are_layers && parts.len() == 1 => (Shape::Table, rows),
+        _ if are_layers => (Shape::Array { layers: parts.len() as u32 }, rows),
         _ if are_slices => (Shape::Volume { depth: parts.len() as u32 }, rows),
         _ if parts.len() == 1 => (Shape::Table, rows),
-        _ => return Err(wrong("it has several parts that are not the mips of a cube or of a map of the sphere")),
+        _ => {
+            return Err(wrong(
+                "it has several parts that are neither layers, slices, nor the mips of a cube or of a map of the sphere",
+            ));
+        }
     };
 
     let mut texture = Texture { shape, width: width as u32, height: height as u32, channels, levels: vec![], meta };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tables as JSON: one object with sizes, channels, everything that the meta says, and the values as numbers, rows from
-//! the top, texels from the left, channels interleaved. A single float is written so that it reads as itself again.
+//! Tables as JSON: one object with sizes, channels, everything that the meta says, and the values as numbers, slices or
+//! layers in order, rows from the top, texels from the left, channels interleaved. A single float is written so that it reads as itself again.
 
 use std::path::Path;
 
@@ -10,6 +10,11 @@ use serde_json::{Map, Value};
 use super::{Encoding, Format, PREFIX, Repr, Storage, WRITER, check, floats, from_pairs, is_map, pairs};
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
+
+/// The key of the number of slices of a volume.
+const SLICES: &str = "slices";
+/// The key of the number of layers of an array.
+const LAYERS: &str = "layers";
 
 /// JavaScript Object Notation.
 #[derive(Debug)]
@@ -29,11 +34,11 @@ impl Format for Json {
     }
 
     fn encodings(&self, shape: Shape) -> Vec<Encoding> {
-        if matches!(shape, Shape::Table | Shape::Map) { floats() } else { vec![] }
+        if shape == Shape::Cube { vec![] } else { floats() }
     }
 
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding> {
-        Encoding::fitting(Repr::F32, channels).filter(|_| matches!(shape, Shape::Table | Shape::Map))
+        Encoding::fitting(Repr::F32, channels).filter(|_| shape != Shape::Cube)
     }
 
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
@@ -52,9 +57,14 @@ impl Format for Json {
         let row = |values: &[f32]| values.iter().map(number).collect::<Vec<_>>().join(", ");
         let rows = texture.levels[0].chunks(texture.width as usize * texture.channels.len());
         let rows: Vec<String> = rows.map(|values| format!("    {}", row(values))).collect();
+        let slices = match texture.shape {
+            Shape::Volume { depth } => format!("  \"{SLICES}\": {depth},\n"),
+            Shape::Array { layers } => format!("  \"{LAYERS}\": {layers},\n"),
+            Shape::Table | Shape::Map | Shape::Cube => String::new(),
+        };
         // No line break at the end: whatever is missing then shows.
         let text = format!(
-            "{{\n  \"writer\": {},\n  \"width\": {},\n  \"height\": {},\n  \"encoding\": {},\n  \"facts\": {{\n{}\n  }},\n  \
+            "{{\n  \"writer\": {},\n  \"width\": {},\n  \"height\": {},\n{slices}  \"encoding\": {},\n  \"facts\": {{\n{}\n  }},\n  \
              \"values\": [\n{}\n  ]\n}}",
             string(WRITER),
             texture.width,
@@ -76,6 +86,13 @@ impl Format for Json {
         let (Some(width), Some(height), Some(encoding)) = (size("width"), size("height"), encoding) else {
             return Err(wrong("it does not say its width, height and encoding"));
         };
+        let several = |key: &str| if file[key].is_null() { Some(None) } else { size(key).map(Some) };
+        let shape = match (several(SLICES), several(LAYERS)) {
+            (Some(None), Some(None)) => Shape::Table,
+            (Some(Some(depth)), Some(None)) => Shape::Volume { depth },
+            (Some(None), Some(Some(layers @ 2..))) => Shape::Array { layers },
+            _ => return Err(wrong("it does not say how many slices or layers it has")),
+        };
         let empty = Map::new();
         let facts = file["facts"].as_object().unwrap_or(&empty);
         let facts = facts.iter().filter_map(|(key, value)| Some((key.as_str(), value.as_str()?)));
@@ -85,11 +102,13 @@ impl Format for Json {
         let values: Option<Vec<f32>> =
             file["values"].as_array().and_then(|list| list.iter().map(|v| v.as_f64().map(|v| v as f32)).collect());
         let values = values.ok_or_else(|| wrong("its values are not all numbers"))?;
-        let wanted = u64::from(width).checked_mul(height.into()).and_then(|n| n.checked_mul(channels.len() as u64));
+        let rows = u64::from(height).checked_mul(shape.slices().unwrap_or(1).into());
+        let texels = rows.and_then(|rows| rows.checked_mul(width.into()));
+        let wanted = texels.and_then(|n| n.checked_mul(channels.len() as u64));
         if wanted != Some(values.len() as u64) {
             return Err(wrong(&format!("it has {} values, which is not its size", values.len())));
         }
-        let shape = if is_map(&meta) { Shape::Map } else { Shape::Table };
+        let shape = if shape == Shape::Table && is_map(&meta) { Shape::Map } else { shape };
         let encoding = Encoding::fitting(encoding.repr, channels.len()).expect("float encodings hold up to four");
         Ok((Texture { shape, width, height, channels, levels: vec![values], meta }, encoding))
     }

@@ -75,13 +75,13 @@ impl Format for Ktx1 {
     }
 
     fn encodings(&self, shape: Shape) -> Vec<Encoding> {
-        let flat = !matches!(shape, Shape::Volume { .. });
+        let flat = shape.slices().is_none();
         known().map(|(encoding, _)| encoding).filter(|e| flat && e.holds(shape)).collect()
     }
 
     fn default_encoding(&self, shape: Shape, channels: usize) -> Option<Encoding> {
         let packed = Encoding::fitting(Repr::B10g11r11, channels).filter(|_| shape == Shape::Cube);
-        packed.or(Encoding::fitting(Repr::F16, channels)).filter(|_| !matches!(shape, Shape::Volume { .. }))
+        packed.or(Encoding::fitting(Repr::F16, channels)).filter(|_| shape.slices().is_none())
     }
 
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! KTX2 (Khronos Texture 2.0): tables over two axes or three, maps of the sphere and cubes in every encoding that GPUs read, mips and all, plain
-//! or with each level compressed by Zstandard.
+//! KTX2 (Khronos Texture 2.0): tables over two axes or three, arrays of tables, maps of the sphere and cubes in every
+//! encoding that GPUs read, mips and all, plain or with each level compressed by Zstandard.
 //!
 //! Written here after the KTX 2.0 specification and the Khronos Data Format Specification 1.3; read with the `ktx2`
 //! crate, so that a mistake of ours does not cancel itself out. A table or map has rows from the top (`KTXorientation` `rd`,
@@ -120,11 +120,11 @@ impl Format for Ktx2 {
             Repr::F32 | Repr::Unorm10 | Repr::B10g11r11 | Repr::Rgb9e5 => 4,
             _ => 1,
         };
-        let (pixel_depth, faces) = match texture.shape {
-            Shape::Volume { depth } => (depth, 1),
-            _ => (0, texture.faces()),
+        let (pixel_depth, layer_count, faces) = match texture.shape {
+            Shape::Volume { depth } => (depth, 0, 1),
+            Shape::Array { layers } => (0, layers, 1),
+            Shape::Table | Shape::Map | Shape::Cube => (0, 0, texture.faces()),
         };
-        let layer_count = 0;
         let supercompression = if storage.compression == Compression::Zstd { 2 } else { 0 };
         for field in [
             vk_format,
@@ -185,10 +185,16 @@ impl Format for Ktx2 {
         };
         let (width, height) = (header.pixel_width, header.pixel_height.max(1));
         let shape = match (header.face_count, header.pixel_depth, header.layer_count) {
-            (1, 0, 0) => Shape::Table,
+            // An array of one layer holds what a table holds.
+            (1, 0, 0 | 1) => Shape::Table,
+            (1, 0, layers) => Shape::Array { layers },
             (1, depth, 0) if header.pixel_height > 0 => Shape::Volume { depth },
             (6, 0, 0) if width == height => Shape::Cube,
-            _ => return Err(wrong("it is neither a plain 2-D or 3-D texture nor a plain cube".into())),
+            _ => {
+                return Err(wrong(
+                    "it is neither a 2-D texture, an array of such or a 3-D texture, nor a plain cube".into(),
+                ));
+            }
         };
 
         // The crate's parser panics on a texel block of 256 texels (ktx2 0.5.0), so the descriptor is looked at first.
@@ -217,7 +223,7 @@ impl Format for Ktx2 {
 
         // Levels. A table's mips, in a file of others, are blurred values: only level 0 is data.
         let mut texture = Texture { shape, width, height, channels, levels: vec![], meta };
-        let is_table = matches!(shape, Shape::Table | Shape::Volume { .. });
+        let is_table = shape.is_table();
         let wanted = if is_table { 1 } else { 32 - width.max(height).leading_zeros() as usize };
         if file.levels().len() > wanted && !is_table {
             return Err(wrong("it has more levels than its size allows".into()));
@@ -363,7 +369,7 @@ fn key_value_data(texture: &Texture, encoding: Encoding) -> Vec<u8> {
         Shape::Cube => {}
         // Slices go into the texture.
         Shape::Volume { .. } => pairs.push(("KTXorientation".into(), "rdi".into())),
-        Shape::Table | Shape::Map => pairs.push(("KTXorientation".into(), "rd".into())),
+        Shape::Table | Shape::Array { .. } | Shape::Map => pairs.push(("KTXorientation".into(), "rd".into())),
     }
     // Byte order of UTF-8 is code point order.
     pairs.sort();

@@ -149,6 +149,7 @@ pub fn choose(format: &dyn Format, shape: Shape, channels: usize, wanted: Option
             Shape::Map => "a picture of radiance".into(),
             Shape::Table => format!("a table of {channels} channels"),
             Shape::Volume { .. } => format!("a table over three axes of {channels} channels"),
+            Shape::Array { .. } => format!("an array of tables of {channels} channels"),
         };
         let help = format!("formats that can: {}", others.join(", "));
         return Err(Error::usage(format!("{} cannot hold {thing}", format.name()), help));
@@ -258,6 +259,7 @@ fn check(path: &Path, format: &dyn Format, texture: &Texture, storage: Storage) 
     let shape_holds = match texture.shape {
         Shape::Table => levels == 1,
         Shape::Volume { depth } => levels == 1 && depth > 0,
+        Shape::Array { layers } => levels == 1 && layers > 1,
         Shape::Map => (1..=full_chain).contains(&levels) && is_map(&texture.meta),
         Shape::Cube => texture.width == texture.height && (1..=full_chain).contains(&levels),
     };
@@ -303,7 +305,7 @@ fn check(path: &Path, format: &dyn Format, texture: &Texture, storage: Storage) 
             );
         let (low, mut high) = range.unwrap_or((f32::NAN, f32::NAN));
         // Suns exceed what small encodings hold: their texels are clamped and counted, and the bake says so.
-        if texture.shape != Shape::Table && high.is_finite() {
+        if !texture.shape.is_table() && high.is_finite() {
             high = high.min(*encoding.repr.range().end());
         }
         check_range(path, format, encoding, channel, &(low..=high))?;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! NumPy's `.npy`: one level as an array of halves or singles, rows × columns × channels, of a cube faces
-//! first, of a volume slices first. A volume of six square slices has a leading axis of length 1, or it would read back as a
-//! cube.
+//! first, of a volume slices first, of an array layers first. A volume of six square slices has a leading axis of length 1,
+//! or it would read back as a cube.
 //!
-//! The format has no place for metadata: what was baked, its axes and its certificate are not in the file.
+//! The format has no place for metadata: what was baked, its axes and its certificate are not in the file, and an array reads
+//! back as a volume.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -53,8 +54,10 @@ impl Format for Npy {
         let [width, height, channels] = [texture.width, texture.height, texture.channels.len() as u32].map(u64::from);
         let shape = match texture.shape {
             Shape::Cube => vec![6, height, width, channels],
-            Shape::Volume { depth: CUBE_FACES } if width == height => vec![1, 6, height, width, channels],
-            Shape::Volume { depth } => vec![depth.into(), height, width, channels],
+            Shape::Volume { depth: slices } | Shape::Array { layers: slices } => match slices {
+                CUBE_FACES if width == height => vec![1, 6, height, width, channels],
+                _ => vec![slices.into(), height, width, channels],
+            },
             Shape::Table | Shape::Map => vec![height, width, channels],
         };
         let mut out = vec![];

@@ -19,6 +19,7 @@ use image_dds::{ImageFormat, Surface};
 use super::{DEFLATE_RATIO, Encoding, Format, Hdr, Ktx1, Npy, Pictures, Repr, ZSTD_RATIO, decode, plausible, unzstd};
 use crate::bake::MAX_SIZE;
 use crate::error::{Error, Result};
+use crate::texture::Shape;
 
 /// How finely a component is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,22 +111,28 @@ impl Picture {
         texel.iter().zip(&self.components).map(value).collect()
     }
 
-    /// Reads a file whose container its first bytes tell. Numbers that are not finite are refused.
+    /// Reads a file of one table, whose container its first bytes tell. Numbers that are not finite are refused.
     pub fn read(path: &Path) -> Result<Picture> {
-        let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
-        Self::parse(path, &bytes)
+        Self::read_layer(path, None)
     }
 
-    /// [`Picture::read`] of a file's content; `path` only names it in an error.
-    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Picture> {
+    /// The same of a file that may hold several, of which one is named: a layer of an array, a part of an OpenEXR file, or a
+    /// slice of a NumPy array.
+    pub fn read_layer(path: &Path, layer: Option<u32>) -> Result<Picture> {
+        let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
+        Self::parse(path, &bytes, layer)
+    }
+
+    /// [`Picture::read_layer`] of a file's content; `path` only names it in an error.
+    pub fn parse(path: &Path, bytes: &[u8], layer: Option<u32>) -> Result<Picture> {
         let picture = match bytes.get(..4).unwrap_or_default() {
-            [0xab, b'K', b'T', b'X'] if bytes.get(5) == Some(&b'1') => ours(&Ktx1, path, bytes),
-            [0xab, b'K', b'T', b'X'] => ktx2(path, bytes),
-            [0x93, b'N', b'U', b'M'] => ours(&Npy, path, bytes),
-            b"DDS " => dds(path, bytes),
-            [0x76, 0x2f, 0x31, 0x01] => exr(path, bytes),
-            [b'#', b'?', ..] => ours(&Hdr, path, bytes),
-            [0x89, b'P', b'N', b'G'] => png(path, bytes),
+            [0xab, b'K', b'T', b'X'] if bytes.get(5) == Some(&b'1') => ours(&Ktx1, path, bytes, layer),
+            [0xab, b'K', b'T', b'X'] => ktx2(path, bytes, layer),
+            [0x93, b'N', b'U', b'M'] => ours(&Npy, path, bytes, layer),
+            b"DDS " => dds(path, bytes, layer),
+            [0x76, 0x2f, 0x31, 0x01] => exr(path, bytes, layer),
+            [b'#', b'?', ..] => ours(&Hdr, path, bytes, layer),
+            [0x89, b'P', b'N', b'G'] => chosen(path, 1, layer).and_then(|_| png(path, bytes)),
             _ => Err(Error::input(
                 path,
                 "its first bytes are those of no container that is read here",
@@ -322,14 +329,16 @@ const VK_FORMATS: &[(u32, Packing)] = &[
 
 const CONVERT: &str = "write it as half floats, e.g. VK_FORMAT_R16G16_SFLOAT or R16G16_FLOAT";
 
-fn ktx2(path: &Path, bytes: &[u8]) -> Result<Picture> {
+fn ktx2(path: &Path, bytes: &[u8], layer: Option<u32>) -> Result<Picture> {
     let unsound = |e: &dyn std::fmt::Display| Error::input(path, format!("it is not a sound KTX2 file: {e}"), "");
     let cut = || unsound(&"it ends too early");
     let header = bytes.first_chunk().ok_or_else(cut)?;
     let header = Header::from_bytes(header).map_err(|e| unsound(&e))?;
-    if header.face_count != 1 || header.pixel_depth > 1 || header.layer_count > 1 {
-        return Err(Error::input(path, "it is not a plain 2-D texture", "only tables of two dimensions are known"));
+    if header.face_count != 1 || header.pixel_depth > 1 {
+        return Err(not_flat(path));
     }
+    let layers = header.layer_count.max(1);
+    let layer = chosen(path, layers, layer)? as usize;
     let (width, height) = (header.pixel_width, header.pixel_height.max(1));
     accept(path, width, height)?;
     let vk = header.format.map_or(0, |f| f.value());
@@ -343,27 +352,28 @@ fn ktx2(path: &Path, bytes: &[u8]) -> Result<Picture> {
     let range = |from: u64, len: u64| Some(usize::try_from(from).ok()?..usize::try_from(from.checked_add(len)?).ok()?);
     let stored = range(level.byte_offset, level.byte_length).and_then(|r| bytes.get(r)).ok_or_else(cut)?;
     let wanted = packing.bytes(width, height);
+    let all = (wanted as u64).checked_mul(layers.into()).ok_or_else(cut)?;
     let plain = match header.supercompression_scheme {
         None => stored.to_vec(),
         Some(SupercompressionScheme::Zstandard) => {
-            plausible(path, Some(wanted as u64), stored.len() as u64, ZSTD_RATIO)?;
-            unzstd(stored, wanted as u64).map_err(|e| unsound(&e))?
+            plausible(path, Some(all), stored.len() as u64, ZSTD_RATIO)?;
+            unzstd(stored, all).map_err(|e| unsound(&e))?
         }
         Some(SupercompressionScheme::ZLIB) => {
             // One byte more than there should be is enough to refuse the rest.
             let mut out = vec![];
             let decoder = flate2::read::ZlibDecoder::new(stored);
-            decoder.take(wanted as u64 + 1).read_to_end(&mut out).map_err(|e| unsound(&e))?;
+            decoder.take(all.saturating_add(1)).read_to_end(&mut out).map_err(|e| unsound(&e))?;
             out
         }
         Some(other) => {
             return Err(Error::input(path, format!("its levels are supercompressed by {other:?}"), CONVERT));
         }
     };
-    if plain.len() != wanted {
-        return Err(unsound(&format!("its first level has {} bytes instead of {wanted}", plain.len())));
+    if plain.len() as u64 != all {
+        return Err(unsound(&format!("its first level has {} bytes instead of {all}", plain.len())));
     }
-    let values = packing.decode(width, height, &plain).map_err(|e| unsound(&e))?;
+    let values = packing.decode(width, height, &plain[layer * wanted..][..wanted]).map_err(|e| unsound(&e))?;
     Ok(Picture { width, height, components: packing.components(), stored: stored_as, values })
 }
 
@@ -417,15 +427,17 @@ fn of_d3d(format: D3DFormat) -> Option<Packing> {
     })
 }
 
-fn dds(path: &Path, bytes: &[u8]) -> Result<Picture> {
+fn dds(path: &Path, bytes: &[u8], layer: Option<u32>) -> Result<Picture> {
     let unsound = |e: &dyn std::fmt::Display| Error::input(path, format!("it is not a sound DDS file: {e}"), "");
     let dds = Dds::read(bytes).map_err(|e| unsound(&e))?;
     let (width, height) = (dds.header.width, dds.header.height);
     let cube = dds.header.caps2.contains(Caps2::CUBEMAP);
-    let layers = dds.header10.as_ref().is_some_and(|h| h.array_size > 1 || h.misc_flag.contains(MiscFlag::TEXTURECUBE));
-    if cube || layers || dds.header.depth.unwrap_or(1) > 1 {
-        return Err(Error::input(path, "it is not a plain 2-D texture", "only tables of two dimensions are known"));
+    let cube = cube || dds.header10.as_ref().is_some_and(|h| h.misc_flag.contains(MiscFlag::TEXTURECUBE));
+    if cube || dds.header.depth.unwrap_or(1) > 1 {
+        return Err(not_flat(path));
     }
+    let layers = dds.header10.as_ref().map_or(1, |h| h.array_size.max(1));
+    let layer = chosen(path, layers, layer)? as usize;
     accept(path, width, height)?;
     let (dxgi, d3d) = (dds.get_dxgi_format(), dds.get_d3d_format());
     let name = dxgi.map(|f| format!("{f:?}")).or(d3d.map(|f| format!("{f:?}"))).unwrap_or("unknown".into());
@@ -433,13 +445,14 @@ fn dds(path: &Path, bytes: &[u8]) -> Result<Picture> {
         return Err(Error::input(path, format!("its format is {name}, which is not read here"), CONVERT));
     };
     let wanted = packing.bytes(width, height);
-    let level =
-        dds.data.get(..wanted).ok_or_else(|| unsound(&format!("it has fewer than {wanted} bytes of texels")))?;
+    // Each layer with all its mips.
+    let layer = dds.data.chunks((dds.data.len() / layers as usize).max(1)).nth(layer).unwrap_or_default();
+    let level = layer.get(..wanted).ok_or_else(|| unsound(&format!("it has fewer than {wanted} bytes of texels")))?;
     let values = packing.decode(width, height, level).map_err(|e| unsound(&e))?;
     Ok(Picture { width, height, components: packing.components(), stored: name, values })
 }
 
-fn exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
+fn exr(path: &Path, bytes: &[u8], layer: Option<u32>) -> Result<Picture> {
     let unsound = |e: e::Error| Error::input(path, format!("it is not a sound OpenEXR file: {e}"), "");
 
     // The header's numbers first: the reader would take memory for as many texels as they claim.
@@ -451,16 +464,18 @@ fn exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
         size = size.and_then(|sum| sum.checked_add(values?));
     }
     plausible(path, size, bytes.len() as u64, DEFLATE_RATIO)?;
+    let part = chosen(path, u32::try_from(headers.len()).unwrap_or(u32::MAX), layer)?;
     let image = e::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
-        .first_valid_layer()
+        .all_layers()
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(unsound)?;
-    let layer = image.layer_data;
+    let layer = image.layer_data.into_iter().nth(part as usize);
+    let layer = layer.ok_or_else(|| Error::input(path, "it has no picture", "only flat pictures are known"))?;
     let limited = |v: usize| u32::try_from(v).unwrap_or(u32::MAX);
     let (width, height) = (limited(layer.size.width()), limited(layer.size.height()));
     accept(path, width, height)?;
@@ -494,15 +509,35 @@ fn exr(path: &Path, bytes: &[u8]) -> Result<Picture> {
     Ok(Picture { width, height, stored: format!("OpenEXR {kind}"), components, values })
 }
 
-/// A format of which others' files are read as ours are.
-fn ours(format: &dyn Format, path: &Path, bytes: &[u8]) -> Result<Picture> {
-    let (texture, encoding) = format.parse(path, bytes)?;
-    if texture.faces() != 1 {
-        return Err(Error::input(path, "it is not a plain 2-D texture", "only tables of two dimensions are known"));
+/// Which of a file's tables is meant: the one that was named, or the only one.
+fn chosen(path: &Path, layers: u32, layer: Option<u32>) -> Result<u32> {
+    match layer {
+        Some(layer) if layer < layers => Ok(layer),
+        None if layers == 1 => Ok(0),
+        Some(layer) => Err(Error::input(path, format!("it has no layer {layer}"), format!("it has {layers}, from 0"))),
+        None => Err(Error::input(
+            path,
+            format!("it holds {layers} tables"),
+            format!("name one of them with --layer, from 0 to {}", layers - 1),
+        )),
     }
+}
+
+fn not_flat(path: &Path) -> Error {
+    Error::input(path, "it is neither a 2-D texture nor an array of such", "only tables of two dimensions are known")
+}
+
+/// A format of which others' files are read as ours are.
+fn ours(format: &dyn Format, path: &Path, bytes: &[u8], layer: Option<u32>) -> Result<Picture> {
+    let (texture, encoding) = format.parse(path, bytes)?;
+    if texture.shape == Shape::Cube {
+        return Err(not_flat(path));
+    }
+    let layer = chosen(path, texture.faces(), layer)? as usize;
     accept(path, texture.width, texture.height)?;
     let components = components(texture.channels.len(), encoding.repr);
-    let values = texture.levels.into_iter().next().unwrap_or_default();
+    let len = texture.width as usize * texture.height as usize * components.len();
+    let values = texture.levels[0][layer * len..][..len].to_vec();
     let stored = format!("{} {}", format.name(), encoding.name);
     Ok(Picture { width: texture.width, height: texture.height, components, stored, values })
 }

@@ -53,7 +53,7 @@ impl Format for Png {
                 "rgbp8",
             ]),
             Shape::Map => of(&["rgbd8", "rgbm8", "rgbp8"]),
-            Shape::Cube | Shape::Volume { .. } => vec![],
+            Shape::Cube | Shape::Volume { .. } | Shape::Array { .. } => vec![],
         }
     }
 
@@ -63,7 +63,7 @@ impl Format for Png {
                 self.encodings(shape).into_iter().find(|e| e.repr == Repr::Unorm16 && e.components >= channels)
             }
             Shape::Map => Encoding::fitting(Repr::Rgbd8, channels),
-            Shape::Cube | Shape::Volume { .. } => None,
+            Shape::Cube | Shape::Volume { .. } | Shape::Array { .. } => None,
         }
     }
 

@@ -20,7 +20,8 @@ pub fn draw_table(texture: &Texture, canvas: Canvas) -> Result<Vec<u8>> {
     if texture.shape != Shape::Table {
         let (what, help) = match texture.shape {
             Shape::Volume { .. } => ("a table over three axes is no picture", "bake a slice of it, with --ior"),
-            _ => (
+            Shape::Array { .. } => ("several tables are no picture", "bake one of them"),
+            Shape::Table | Shape::Map | Shape::Cube => (
                 "only tables are drawn in false colour, and this file holds an environment",
                 "see `brdf-baker preview --env` and `brdf-baker verify --report`",
             ),

@@ -8,16 +8,12 @@ use glob::{MatchOptions, Pattern};
 use super::{Entry, Key, Kind, Recipe};
 use crate::env::import;
 use crate::error::{Error, Result, nearest};
-use crate::target;
+use crate::target::{self, OF_SET, SET};
 
 /// What a path to write may hold: the input's name without extension (of a table its name), the folder between a pattern's
 /// fixed part and the file that it found, and the engine.
 pub const PLACEHOLDERS: [&str; 3] = ["name", "folder", "target"];
 
-/// All tables of an engine, where a table is named.
-const SET: &str = "set";
-/// The keys that go with it.
-const OF_SET: [&str; 3] = ["table", "for", "output"];
 /// The characters that make a path a pattern.
 const WILD: [char; 3] = ['*', '?', '['];
 /// `*` stays within a folder and finds no hidden file.

@@ -3,19 +3,18 @@
 
 use super::{Beside, Content, EnvironmentPreset, Mips, TablePreset, Target};
 
-/// Bevy reads both tables as the layers of one texture, which KTX-Software makes.
-const AREA_LIGHTS: &str = "// ktx create --format R16G16B16A16_SFLOAT --layers 2 ltc_1.exr ltc_2.exr ltc.ktx2
-// Cargo.toml: bevy 0.19 or later with the feature area_light_luts; after the plugins:
-let image: Handle<Image> = app.world().resource::<AssetServer>().load(\"ltc.ktx2\");
+const AREA_LIGHTS: &str =
+    "// Cargo.toml: bevy 0.19 or later with the features area_light_luts and ktx2; after the plugins:
+let image: Handle<Image> = app.world().resource::<AssetServer>().load(\"{file}\");
 app.sub_app_mut(RenderApp).insert_resource(bevy::pbr::AreaLightLuts { image });";
 
 pub(super) static TARGET: Target = Target {
     name: "bevy",
     about: [
-        "KTX2: 64x64 split-sum table, ltc_1 and ltc_2 as EXR; 512 specular cube, roughness m/M down to 4 texels, with a 32 diffuse cube beside it",
+        "KTX2: 64x64 split-sum table, both tables of area lights as the layers of ltc; 512 specular cube, roughness m/M down to 4 texels, with a 32 diffuse cube beside it",
         "The shader looks cubes up with z reversed, so the file's +Z shows the environment's -Z",
     ],
-    source: "bevy_pbr: environment_map.wesl, pbr_lighting.wesl, light_probe",
+    source: "bevy_pbr: environment_map.wesl, pbr_lighting.wesl, light_probe; area lights: pbr_lighting.wgsl, AreaLightLuts",
     tables: &[
         TablePreset {
             size: (64, 64),
@@ -24,8 +23,12 @@ let table: Handle<Image> = app.world().resource::<AssetServer>().load(\"{file}\"
 app.sub_app_mut(RenderApp).insert_resource(bevy::pbr::DfgLut { texture: table });",
             ..TablePreset::SPLIT_SUM
         },
-        TablePreset { extension: "exr", snippet: AREA_LIGHTS, ..TablePreset::LTC },
-        TablePreset { extension: "exr", snippet: AREA_LIGHTS, ..TablePreset::LTC_MAGNITUDE },
+        TablePreset {
+            behind: Some(&TablePreset::LTC_MAGNITUDE),
+            stem: "ltc",
+            snippet: AREA_LIGHTS,
+            ..TablePreset::LTC
+        },
     ],
     environment: Some(EnvironmentPreset {
         file_axes: "x,y,-z",

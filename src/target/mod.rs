@@ -19,10 +19,16 @@ mod unity_hdrp;
 mod unreal;
 
 use crate::axis::{Points, Warp};
+use crate::bake::layers::JOINT;
 use crate::bake::{RoughnessLaw, SliceAxis};
 use crate::error::{Error, Result, nearest};
 use crate::format::{self, Encoding, Format};
 use crate::texture::{Meta, Shape};
+
+/// The name that stands for all tables of an engine.
+pub const SET: &str = "set";
+/// The flags and the keys of recipes that go with it: all others would make its tables differ from what the engine takes.
+pub const OF_SET: [&str; 5] = ["table", "for", "output", "compression", "bc-quality"];
 
 /// An engine.
 pub struct Target {
@@ -53,6 +59,8 @@ pub struct TablePreset {
     pub axes: &'static [Warp],
     /// What runs over the slices, and how many there are.
     pub slices: Option<(SliceAxis, u32)>,
+    /// The table in the layer behind it, of the same size and axes: the engine reads both from one array texture.
+    pub behind: Option<&'static TablePreset>,
     /// Where in its texel a value is taken.
     pub points: Points,
     /// Row 0 holds the largest position.
@@ -74,6 +82,16 @@ pub struct TablePreset {
 }
 
 impl TablePreset {
+    /// Itself and the tables in the layers behind it.
+    pub fn layers(&self) -> impl Iterator<Item = &TablePreset> {
+        std::iter::successors(Some(self), |preset| preset.behind)
+    }
+
+    /// The name of its table, or of its tables, layer by layer.
+    pub fn table_name(&self) -> String {
+        self.layers().map(|preset| preset.table).collect::<Vec<_>>().join(&JOINT.to_string())
+    }
+
     /// Names of its axes, that over the slices last.
     pub fn axis_names(&self) -> Vec<String> {
         let slices = self.slices.map(|(map, _)| map.to_string());
@@ -88,6 +106,7 @@ impl TablePreset {
         size: (128, 128),
         axes: &[Warp::NDotV, Warp::Roughness],
         slices: None,
+        behind: None,
         points: Points::Centers,
         flip_v: false,
         row_shift: 0,
@@ -239,7 +258,12 @@ impl Target {
     /// Its preset for a table, by the table's name or by the engine's own, its file's.
     pub fn table(&self, table: &str) -> Result<&'static TablePreset> {
         let named = self.tables.iter().find(|p| p.stem == table);
-        named.or_else(|| self.tables.iter().find(|p| p.table == table)).ok_or_else(|| {
+        let of_table = || self.tables.iter().find(|p| p.table == table || p.table_name() == table);
+        named.or_else(of_table).ok_or_else(|| {
+            if let Some(whole) = self.tables.iter().find(|p| p.layers().any(|layer| layer.table == table)) {
+                let what = format!("{} takes {table} as a layer of {}", self.name, whole.stem);
+                return Error::usage(what, format!("bake {} --for {}", whole.stem, self.name));
+            }
             let mut known: Vec<&str> = self.tables.iter().flat_map(|p| [p.table, p.stem]).collect();
             known.sort_unstable();
             known.dedup();
@@ -364,14 +388,14 @@ mod tests {
     use super::*;
     use crate::bake::atlas::{self, Atlas};
     use crate::bake::specular::SpecularRequest;
-    use crate::bake::{TableRequest, VolumeJob};
+    use crate::bake::{LayersJob, TableRequest, VolumeJob};
     use crate::env::FileAxes;
 
     #[test]
     fn every_preset_of_a_table_can_be_baked_and_stored() {
         for target in TARGETS {
             for p in target.tables {
-                let request = TableRequest {
+                let request = |p: &TablePreset| TableRequest {
                     size: p.size,
                     ndf: p.ndf.into(),
                     visibility: p.visibility.into(),
@@ -382,9 +406,15 @@ mod tests {
                     channels: Some(p.channels.iter().map(|c| c.to_string()).collect()),
                     ..TableRequest::new(p.table)
                 };
-                let job = request.resolve().unwrap_or_else(|e| panic!("{} {}: {e}", target.name, p.table));
-                let volume = p.slices.map(|(map, depth)| VolumeJob::new(&request, map, depth));
-                let shape = volume.map_or(Shape::Table, |job| job.expect(p.stem).shape());
+                let job = request(p).resolve().unwrap_or_else(|e| panic!("{} {}: {e}", target.name, p.table));
+                let shape = match (p.slices, p.behind) {
+                    (Some((map, depth)), _) => VolumeJob::new(&request(p), map, depth).expect(p.stem).shape(),
+                    (None, Some(_)) => {
+                        let requests: Vec<TableRequest> = p.layers().map(request).collect();
+                        LayersJob::new(&requests).expect(p.stem).shape()
+                    }
+                    (None, None) => Shape::Table,
+                };
                 let format = format::named(p.extension).expect(p.extension);
                 let encoding = Encoding::parse(p.encoding).expect(p.encoding);
                 format::choose(format, shape, job.channels.len(), Some(encoding))

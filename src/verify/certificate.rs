@@ -206,6 +206,7 @@ fn place(texture: &Texture, index: u64) -> String {
     match texture.shape {
         Shape::Table => format!("texel ({x}, {y})"),
         Shape::Volume { .. } => format!("texel ({x}, {y}, {face})"),
+        Shape::Array { .. } => format!("texel ({x}, {y}) of layer {face}"),
         Shape::Map => format!("texel ({x}, {y}) of mip {level}"),
         Shape::Cube => format!("texel ({x}, {y}) of face {}, mip {level},", ["+X", "-X", "+Y", "-Y", "+Z", "-Z"][face]),
     }

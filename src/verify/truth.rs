@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::bake::Model;
 use crate::quadrature::adaptive::{Estimate, integrate};
 use crate::rule::cone::mirror;
-use crate::term::fresnel::WEIGHTS;
+use crate::term::fresnel::{WEIGHTS, Weights};
 use crate::term::visibility::Directions;
 
 /// More panels than any smooth lobe needs; a kinked one ends here with a larger, honest error.
@@ -22,20 +22,33 @@ const MAX_PANELS: usize = 400;
 ///
 /// Domain: n_dot_v and roughness in [0, 1]; a lobe that has shrunk to a mirror returns its closed form.
 pub fn albedo(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Estimate<WEIGHTS> {
+    let all = |tolerance| absolute(model, n_dot_v, roughness, tolerance, |weights| weights);
     if model.bounded() {
-        return absolute(model, n_dot_v, roughness, tolerance);
+        return all(tolerance);
     }
-    let rough = absolute(model, n_dot_v, roughness, 0.02);
-    absolute(model, n_dot_v, roughness, tolerance * (rough.value[0] - rough.error).max(1.0))
+    let rough = all(0.02);
+    all(tolerance * (rough.value[0] - rough.error).max(1.0))
 }
 
-/// [`albedo`] to an absolute tolerance.
-fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Estimate<WEIGHTS> {
+/// What a geometry term that keeps it within 1 reflects with the exact Fresnel term alone, the second weight of
+/// [`albedo`], to about `tolerance`. All light, the first one, takes finer panels, which where F is small are many more.
+pub fn reflected(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Estimate<1> {
+    absolute(model, n_dot_v, roughness, tolerance, |[_, reflected, ..]| [reflected])
+}
+
+/// [`albedo`] to an absolute tolerance, of the chosen weights.
+fn absolute<const N: usize>(
+    model: &Model,
+    n_dot_v: f64,
+    roughness: f64,
+    tolerance: f64,
+    chosen: fn(Weights) -> [f64; N],
+) -> Estimate<N> {
     let (ndf, visibility) = (&model.ndf, model.visibility);
     let mu = n_dot_v;
     let Some(lobe) = ndf.lobe(roughness) else {
         let weights = |v_dot_h| model.fresnel.weights(v_dot_h);
-        return Estimate { value: mirror(mu, visibility.g_over_n_dot_v, weights), error: 0.0 };
+        return Estimate { value: chosen(mirror(mu, visibility.g_over_n_dot_v, weights)), error: 0.0 };
     };
     let sv = ((1.0 - mu) * (1.0 + mu)).sqrt();
     let theta_v = sv.atan2(mu);
@@ -107,7 +120,7 @@ fn absolute(model: &Model, n_dot_v: f64, roughness: f64, tolerance: f64) -> Esti
             };
             // The factor 1/4 of the BRDF; Jacobians of angle and stretch.
             let f = 0.25 * halves * sin_l * narrow * x.cosh();
-            Estimate { value: model.fresnel.weights(v_dot_h.min(1.0)).map(|w| f * w), error: 0.0 }
+            Estimate { value: chosen(model.fresnel.weights(v_dot_h.min(1.0))).map(|w| f * w), error: 0.0 }
         });
         Estimate { value: inner.value.map(|v| v * scale), error: inner.error * scale }
     });

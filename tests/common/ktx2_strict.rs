@@ -101,7 +101,7 @@ pub fn check(file: &[u8]) -> Result<(), String> {
     rule(type_size == facts.type_size, "typeSize", type_size)?;
     rule(width > 0 && height > 0, "size", format!("{width} × {height}"))?;
     rule(depth == 0 || (faces == 1 && level_count == 1), "pixelDepth", depth)?;
-    rule(layers == 0, "layerCount", layers)?;
+    rule(layers != 1 && (layers == 0 || (faces == 1 && depth == 0)), "layerCount", layers)?;
     rule(faces == 1 || faces == 6, "faceCount", faces)?;
     rule(faces == 1 || width == height, "cube square", format!("{width} × {height}"))?;
     let most = 32 - width.max(height).leading_zeros();
@@ -134,7 +134,7 @@ pub fn check(file: &[u8]) -> Result<(), String> {
         let entry = 80 + 24 * p as usize;
         let (offset, length) = (u64_at(file, entry)?, u64_at(file, entry + 8)?);
         let blocks = |size: u32| u64::from((size >> p).max(1).div_ceil(side));
-        let plain = blocks(width) * blocks(height) * u64::from(faces * depth.max(1) * bytes);
+        let plain = blocks(width) * blocks(height) * u64::from(faces * depth.max(1) * layers.max(1) * bytes);
         rule(scheme != 0 || length == plain, "byteLength", format!("level {p}: {length}"))?;
         rule(u64_at(file, entry + 16)? == plain, "uncompressedByteLength", format!("level {p}"))?;
         rule(offset % alignment as u64 == 0, "level alignment", format!("level {p} at {offset}"))?;

@@ -9,5 +9,6 @@ console.log(JSON.stringify({
   width: file.pixelWidth,
   height: file.pixelHeight,
   faces: file.faceCount,
+  layers: file.layerCount,
   levels: file.levels.map((level) => Buffer.from(level.levelData).toString("base64")),
 }));

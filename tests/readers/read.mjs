@@ -64,7 +64,7 @@ for (const entry of JSON.parse(readFileSync(join(folder, "values.json"), "utf8")
   expect(entry, "vkFormat", file.vkFormat, vkFormat);
   expect(entry, "typeSize", file.typeSize, typeSize);
   expect(entry, "size", [file.pixelWidth, file.pixelHeight, file.pixelDepth], [entry.levels[0].width, entry.levels[0].height, 0]);
-  expect(entry, "layers and faces", [file.layerCount, file.faceCount], [0, entry.faces]);
+  expect(entry, "layers and faces", [file.layerCount, file.faceCount], entry.layers ? [entry.layers, 1] : [0, entry.faces]);
   expect(entry, "supercompression", file.supercompressionScheme, isPacked ? 2 : 0);
   expect(entry, "levels", file.levels.length, entry.levels.length);
   const [descriptor, ...more] = file.dataFormatDescriptor;

@@ -33,7 +33,8 @@ def fail(entry, reader, what):
 
 
 def compare(entry, reader, level, pixels, tolerance=0.0):
-    """pixels: rows × columns × components, the faces of a cube below each other. Tolerance: relative from 1 on."""
+    """pixels: rows × columns × components, the faces of a cube or the layers of an array below each other. Tolerance: relative
+    from 1 on."""
     stated = entry["levels"][level]
     rows = stated["height"] * entry["faces"]
     if pixels.shape[:2] != (rows, stated["width"]):
@@ -50,6 +51,13 @@ def compare(entry, reader, level, pixels, tolerance=0.0):
         if not (abs(found[: len(expected)] - expected) <= allowed).all() or (found[len(expected) :] != beyond).any():
             fail(entry, reader, f"level {level} at {probe}: found {found}")
         compared[reader] = compared.get(reader, 0) + 1
+
+
+def first_layer(entry):
+    """What a reader finds that knows no arrays."""
+    level = entry["levels"][0]
+    probes = [probe for probe in level["probes"] if probe["face"] == 0]
+    return {**entry, "faces": 1, "levels": [{**level, "probes": probes}]}
 
 
 def compare_text(entry, reader, get, prefix="brdf-baker."):
@@ -258,10 +266,10 @@ def read_dds(entry):
     size, _, height, width, _, _, mips = struct.unpack_from("<7I", data, 4)
     caps, caps2 = struct.unpack_from("<2I", data, 108)
     dxgi, dimension, misc, elements, _ = struct.unpack_from("<5I", data, 128)
-    is_cube = entry["faces"] == 6
+    is_cube = entry["shape"] == "cube"
     if data[:4] != b"DDS " or size != 124 or data[84:88] != b"DX10" or (width, height) != level_size(entry, 0):
         fail(entry, "DDS", "header")
-    if (dxgi, dimension, misc, elements) != (DXGI[entry["encoding"]], 3, 4 if is_cube else 0, 1):
+    if (dxgi, dimension, misc, elements) != (DXGI[entry["encoding"]], 3, 4 if is_cube else 0, max(1, entry["layers"])):
         fail(entry, "DDS", f"DX10 header {(dxgi, dimension, misc, elements)}")
     if mips != len(entry["levels"]) or caps & 0x1000 == 0 or caps2 != (0xFE00 if is_cube else 0):
         fail(entry, "DDS", f"{mips} mips, caps {caps:#x} {caps2:#x}")
@@ -284,14 +292,16 @@ def read_dds(entry):
         with Image.open(folder / entry["file"]) as image:
             pixels = numpy.asarray(image).astype(numpy.float64) / 255
             pixels = pixels.reshape(pixels.shape[0], pixels.shape[1], -1)[..., : len(entry["channels"])]
-            compare(entry, "Pillow", 0, pixels, 1.01 / 255)
-    if entry["encoding"] == "bc6h" and not is_cube:
+            compare(first_layer(entry), "Pillow", 0, pixels, 1.01 / 255)
+    if entry["encoding"] == "bc6h" and not is_cube and not entry["layers"]:
         source = oiio.ImageInput.open(str(folder / entry["file"]))
         compare(entry, "OpenImageIO", 0, source.read_image(0, 0, 0, 3, "float"))
 
 
 def read_npy(entry):
     pixels = numpy.load(folder / entry["file"])
+    if entry["layers"] and pixels.shape[0] != entry["layers"]:
+        fail(entry, "NumPy", f"has the shape {pixels.shape}")
     if pixels.dtype != (numpy.float16 if "16f" in entry["encoding"] else numpy.float32):
         fail(entry, "NumPy", f"holds {pixels.dtype}")
     compare(entry, "NumPy", 0, pixels.reshape(-1, *pixels.shape[-2:]))
@@ -300,8 +310,10 @@ def read_npy(entry):
 def read_json(entry):
     file = json.loads((folder / entry["file"]).read_text("utf-8"))
     compare_text(entry, "JSON", file["facts"].get)
+    if file.get("layers", 0) != entry["layers"]:
+        fail(entry, "JSON", f"has {file.get('layers')} layers")
     pixels = numpy.array(file["values"]).astype(numpy.float32)
-    compare(entry, "JSON", 0, pixels.reshape(file["height"], file["width"], -1))
+    compare(entry, "JSON", 0, pixels.reshape(entry["faces"] * file["height"], file["width"], -1))
 
 
 # Source code: what its own language makes of it.
@@ -317,13 +329,17 @@ def run(entry, command, **options):
 def programs(entry, file, work):
     """Commands; the last prints the array, and then, where there is a function, values in the middle of every texel."""
     name, small = file.stem.upper(), file.stem.lower()
-    sample = "16" not in entry["encoding"]
+    sample = "16" not in entry["encoding"] and not entry["layers"]
     w, h, n = f"{name}_WIDTH", f"{name}_HEIGHT", f"{name}_CHANNELS"
+    # All texels.
+    layers = f"{name}_LAYERS"
+    texels = f"{w} * {h} * {layers}" if entry["layers"] else f"{w} * {h}"
     if file.suffix in (".c", ".h"):
-        element = "float" if sample else "uint16_t"
+        element = "uint16_t" if "16" in entry["encoding"] else "float"
+        stated = f", {layers} = {entry['layers']}" if entry["layers"] else ""
         declared = f'#include "{file}"\n' if file.suffix == ".h" else (
             f"#include <stdint.h>\nenum {{ {w} = {level_size(entry, 0)[0]}, {h} = {level_size(entry, 0)[1]},"
-            f" {n} = {len(entry['channels'])} }};\nextern const {element} {name}[{w} * {h} * {n}];\n"
+            f" {n} = {len(entry['channels'])}{stated} }};\nextern const {element} {name}[{texels} * {n}];\n"
             f"void {small}_sample(float u, float v, float out[{n}]);\n"
         )  # fmt: skip
         loop = f"""for (int y = 0; y < {h}; y++) for (int x = 0; x < {w}; x++) {{
@@ -331,7 +347,7 @@ def programs(entry, file, work):
             for (int c = 0; c < {n}; c++) printf("%.9g\\n", out[c]);
         }}""" if sample else ""  # fmt: skip
         (work / "main.c").write_text(
-            f"#include <stdio.h>\n{declared}int main(void) {{\nfor (int i = 0; i < {w} * {h} * {n}; i++)"
+            f"#include <stdio.h>\n{declared}int main(void) {{\nfor (int i = 0; i < {texels} * {n}; i++)"
             f' printf("%.9g\\n", (double){name}[i]);\n{loop}\nreturn 0; }}\n'
         )
         sources = [file, work / "main.c"] if file.suffix == ".c" else [work / "main.c"]
@@ -344,7 +360,7 @@ def programs(entry, file, work):
             for value in {small}_sample(at(x, {w}), at(y, {h})) {{ println!("{{value:?}}"); }}
         }} }}""" if sample else ""  # fmt: skip
         (work / "main.rs").write_text(
-            f"use {small}::*;\nfn main() {{ assert_eq!({name}.len(), {w} * {h} * {n});\n"
+            f"use {small}::*;\nfn main() {{ assert_eq!({name}.len(), {texels} * {n});\n"
             f'for value in &{name} {{ println!("{{value:?}}"); }}\n{loop} }}\n'
         )
         yield ["rustc", "--edition=2021", "-Dwarnings", work / "main.rs", "--extern", f"{small}={work}/lib{small}.rlib", "-o", work / "main"]
@@ -369,7 +385,8 @@ def read_source(entry):
     pairs = re.findall(rf'^{comment} (\S+) = (".*")$', file.read_text("ascii"), re.M)
     compare_text(entry, "source", {key: json.loads(value) for key, value in pairs}.get)
     stated = entry["levels"][0]
-    count = stated["width"] * stated["height"] * len(entry["channels"])
+    rows = stated["height"] * entry["faces"]
+    count = stated["width"] * rows * len(entry["channels"])
     is_words = "16" in entry["encoding"]
     if file.suffix == ".py":
         module = runpy.run_path(str(file))
@@ -383,9 +400,10 @@ def read_source(entry):
             for command in programs(entry, file, pathlib.Path(work)):
                 text = run(entry, command)
         numbers = [float(v) for v in text.split()]
-    if len(numbers) != count * (1 if is_words else 2):
+    has_function = not is_words and not entry["layers"]
+    if len(numbers) != count * (2 if has_function else 1):
         fail(entry, "source", f"has {len(numbers)} numbers")
-    shape = (stated["height"], stated["width"], -1)
+    shape = (rows, stated["width"], -1)
     reader = f"source {file.suffix}"
     if is_words:
         words = numpy.array(numbers, numpy.uint16)
@@ -394,7 +412,13 @@ def read_source(entry):
         compare(entry, reader, 0, pixels.reshape(shape), 0.0 if is_half else 1e-7)
     else:
         compare(entry, reader, 0, numpy.array(numbers[:count], numpy.float32).reshape(shape))
-        compare(entry, f"{reader} function", 0, numpy.array(numbers[count:]).reshape(shape), 2e-5)
+        if has_function:
+            compare(entry, f"{reader} function", 0, numpy.array(numbers[count:]).reshape(shape), 2e-5)
+
+
+def levels_of(entry, parts):
+    """Of a file that has a part for each level, or for each layer."""
+    return [numpy.concatenate(parts)] if entry["layers"] else parts
 
 
 def read_oiio(entry):
@@ -402,32 +426,37 @@ def read_oiio(entry):
     source = oiio.ImageInput.open(str(path))
     if source is None:
         fail(entry, "OpenImageIO", oiio.geterror())
-    for level in range(len(entry["levels"])):
-        if not source.seek_subimage(level, 0):
-            fail(entry, "OpenImageIO", f"has no part {level}")
+    parts = entry["layers"] or len(entry["levels"])
+    found = []
+    for part in range(parts):
+        if not source.seek_subimage(part, 0):
+            fail(entry, "OpenImageIO", f"has no part {part}")
         spec = source.spec()
-        pixels = source.read_image(level, 0, 0, spec.nchannels, "float")
+        pixels = source.read_image(part, 0, 0, spec.nchannels, "float")
         if pixels is None:
             fail(entry, "OpenImageIO", source.geterror())
-        # Integers are divided in single precision there.
-        compare(entry, "OpenImageIO", level, pixels, 1e-7 if path.suffix == ".png" else 0.0)
+        found.append(pixels)
         if path.suffix == ".exr":
             expected = "half" if "16f" in entry["encoding"] else "float"
             if str(spec.format) != expected:
                 fail(entry, "OpenImageIO", f"holds {spec.format}, expected {expected}")
             if spec.getattribute("compression") != "zip":
                 fail(entry, "OpenImageIO", f"compression is {spec.getattribute('compression')}")
-            if level == 0:
+            if part == 0:
                 compare_text(entry, "OpenImageIO", spec.getattribute)
-    if source.seek_subimage(len(entry["levels"]), 0):
+    if source.seek_subimage(parts, 0):
         fail(entry, "OpenImageIO", "has more parts than levels")
+    for level, pixels in enumerate(levels_of(entry, found)):
+        # Integers are divided in single precision there.
+        compare(entry, "OpenImageIO", level, pixels, 1e-7 if path.suffix == ".png" else 0.0)
 
 
 def read_openexr(entry):
     with OpenEXR.File(str(folder / entry["file"]), separate_channels=True) as source:
-        if len(source.parts) != len(entry["levels"]):
+        if len(source.parts) != (entry["layers"] or len(entry["levels"])):
             fail(entry, "OpenEXR", f"has {len(source.parts)} parts")
-        for level, part in enumerate(source.parts):
+        found = []
+        for i, part in enumerate(source.parts):
             names = "RGBA"[: len(entry["channels"])]
             if set(part.channels) != set(names):
                 fail(entry, "OpenEXR", f"has the channels {sorted(part.channels)}")
@@ -435,9 +464,12 @@ def read_openexr(entry):
             expected = numpy.float16 if "16f" in entry["encoding"] else numpy.float32
             if any(plane.dtype != expected for plane in planes):
                 fail(entry, "OpenEXR", f"holds {planes[0].dtype}")
-            compare(entry, "OpenEXR", level, numpy.stack(planes, axis=-1))
-            if entry["shape"] != "table" and part.name() != f"mip{level}":
-                fail(entry, "OpenEXR", f"part {level} is named {part.name()}")
+            found.append(numpy.stack(planes, axis=-1))
+            name = {"table": None, "array": f"layer{i}"}.get(entry["shape"], f"mip{i}")
+            if name and part.name() != name:
+                fail(entry, "OpenEXR", f"part {i} is named {part.name()}")
+        for level, pixels in enumerate(levels_of(entry, found)):
+            compare(entry, "OpenEXR", level, pixels)
         compare_text(entry, "OpenEXR", source.parts[0].header.get)
 
 

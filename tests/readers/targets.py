@@ -136,10 +136,10 @@ def read_ktx2(path):
     printed = subprocess.run(["node", here_node / "levels.mjs", path], capture_output=True, text=True, check=True)
     file = json.loads(printed.stdout)
     kind, components = {83: ("<f2", 2), 97: ("<f2", 4), 103: ("<f4", 2), 109: ("<f4", 4)}[file["vkFormat"]]
-    levels = []
+    levels, pictures = [], file["faces"] * max(1, file["layers"])
     for i, level in enumerate(file["levels"]):
         size = [max(1, file["height"] >> i), max(1, file["width"] >> i), components]
-        levels.append(numpy.frombuffer(base64.b64decode(level), kind).astype(float).reshape(file["faces"], *size))
+        levels.append(numpy.frombuffer(base64.b64decode(level), kind).astype(float).reshape(pictures, *size))
     return levels
 
 
@@ -281,6 +281,12 @@ def multi(v, r, geometry="smith"):
 
 check_table("bevy", read_ktx2(bake_table("bevy", "split-sum", "dfg.ktx2"))[0][0], (64, 64),
             lambda x, y: (centers(x, 64), centers(y, 64)), smith, 1e-3)
+# Small: a fit takes a while. The last row is at 1.57 rad. Layer 0 is the matrix; for a mirror seen from above it flattens nearly everything.
+area_lights = read_ktx2(bake_table("bevy", "ltc", "ltc.ktx2", "--size", "9"))[0]
+if area_lights.shape != (2, 9, 9, 4) or not 0 < area_lights[0, 0, 0, 3] < 1e-3:
+    fail(f"bevy: ltc.ktx2 holds {area_lights.shape}, its first texel {area_lights[0, 0, 0]}")
+check_table("bevy", area_lights[1], (9, 9), lambda x, y: (max(1 - edges(y, 9) ** 2, numpy.cos(1.57)), edges(x, 9)),
+            lambda v, r: (sum(smith(v, r)), smith(v, r)[1], 0), 2e-3)
 check_table("three", halves(read_js(bake_table("three", "split-sum", "dfg_lut.js")), 16, 16, 2), (16, 16),
             lambda x, y: (centers(y, 16), centers(x, 16)), smith, 1e-3)
 check_table("babylon", unpack_rgbd(read_png(bake_table("babylon", "split-sum", "brdf.png"))[0][0]), (256, 256),

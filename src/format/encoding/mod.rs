@@ -156,10 +156,10 @@ impl Encoding {
     }
 
     /// Has it the range for this shape? Radiance knows no upper bound, so integers over [0, 1] hold only tables. Blocks are of
-    /// pictures, not of volumes.
+    /// pictures, layers among them, not of volumes.
     pub fn holds(self, shape: Shape) -> bool {
         match shape {
-            Shape::Table => true,
+            Shape::Table | Shape::Array { .. } => true,
             Shape::Volume { .. } => !self.repr.is_blocks(),
             Shape::Map | Shape::Cube => *self.repr.range().end() > 1.0,
         }

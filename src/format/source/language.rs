@@ -50,20 +50,21 @@ pub static PYTHON: Language =
 fn about(facts: &Facts) -> String {
     let Facts { width, height, channels, words, .. } = facts;
     let kind = words.map_or(String::new(), |words| format!(", each {words}"));
-    let (depth, slices) = match facts.depth {
-        Some(depth) => (format!(" x {depth}"), "slices in order, "),
-        None => (String::new(), ""),
+    let (several, slices) = match facts.slices {
+        Some((n, stack)) => (format!(" x {n}"), format!("{} in order, ", stack.word)),
+        None => (String::new(), String::new()),
     };
     let texels = match facts.planes {
-        true => format!("{channels} planes of {width} x {height}{depth} values{kind}, one after the other"),
-        false => format!("{width} x {height}{depth} texels of {channels} values{kind}"),
+        true => format!("{channels} planes of {width} x {height}{several} values{kind}, one after the other"),
+        false => format!("{width} x {height}{several} texels of {channels} values{kind}"),
     };
     format!("{texels}; {slices}rows from the top, texels from the left.")
 }
 
-/// The number of slices where there are some, as `before`, the number, `after`.
-fn depth(facts: &Facts, before: &str, after: &str) -> String {
-    facts.depth.map_or(String::new(), |depth| format!("{before}{depth}{after}"))
+/// The number of slices or layers where there are some: `before`, the name of the constant, `between`, the number, `after`.
+fn slices(facts: &Facts, before: &str, between: &str, after: &str) -> String {
+    let Some((n, stack)) = facts.slices else { return String::new() };
+    format!("{before}{}_{}{between}{n}{after}", facts.name, stack.constant)
 }
 
 /// What the function does, for a comment.
@@ -74,7 +75,7 @@ fn usage(facts: &Facts) -> String {
 fn rust(facts: &Facts) -> (String, String) {
     let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
     let element = if words.is_some() { "u16" } else { "f32" };
-    let slices = depth(facts, &format!("/// Slices.\npub const {name}_DEPTH: usize = "), ";\n");
+    let slices = slices(facts, "/// Tables that follow each other.\npub const ", ": usize = ", ";\n");
     let before = format!(
         "
 /// Texels from left to right.
@@ -118,7 +119,7 @@ pub fn {small_name}_sample(u: f32, v: f32) -> [f32; {name}_CHANNELS] {{
 fn c(facts: &Facts, is_header: bool) -> (String, String) {
     let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
     let (element, include) = if words.is_some() { ("uint16_t", "#include <stdint.h>\n\n") } else { ("float", "") };
-    let slices = depth(facts, &format!(", {name}_DEPTH = "), "");
+    let slices = slices(facts, ", ", " = ", "");
     let (guard, end, own, inline) = match is_header {
         true => (format!("#ifndef {name}_H\n#define {name}_H\n\n"), "\n#endif\n", "static ", "static inline "),
         false => (String::new(), "", "", ""),
@@ -172,7 +173,7 @@ fn c(facts: &Facts, is_header: bool) -> (String, String) {
 
 fn script(facts: &Facts, typed: bool) -> (String, String) {
     let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
-    let slices = depth(facts, &format!("export const {name}_DEPTH = "), ";\n");
+    let slices = slices(facts, "export const ", " = ", ";\n");
     let array = if words.is_some() { "Uint16Array" } else { "Float32Array" };
     let before = format!(
         "
@@ -215,7 +216,7 @@ export function {small_name}Sample(u{number}, v{number}){numbers} {{
 fn python(facts: &Facts) -> (String, String) {
     let Facts { name, small_name, width, height, channels, words, edges, .. } = facts;
     let kind = if words.is_some() { "H" } else { "f" };
-    let slices = depth(facts, &format!("{name}_DEPTH = "), "\n");
+    let slices = slices(facts, "", " = ", "\n");
     let before = format!(
         "
 import array

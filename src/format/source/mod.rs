@@ -2,8 +2,9 @@
 //! Tables as source code: an array with its sizes, everything that the meta says as comments, and, for single floats, a
 //! function that looks a value up between texels. Halves are written as their bits, to be handed to a GPU, and integers as they are stored.
 //!
-//! The array holds the texture's channels and no others, slices in order, rows from the top, texels from the left; channel by
-//! channel where the meta names `planes`. A table over three axes, or in planes, comes without the function. Its name is the file's.
+//! The array holds the texture's channels and no others, slices or layers in order, rows from the top, texels from the left;
+//! channel by channel where the meta names `planes`. Several tables, and one in planes, come without the function. Its name is
+//! the file's.
 //! What this tool wrote it reads again: numbers and facts only, not code that was changed around them.
 
 mod language;
@@ -27,6 +28,21 @@ const LINE: usize = 100;
 /// What numbers are indented by, and nothing else that begins with a digit.
 const INDENT: &str = "    ";
 
+/// What stands behind the number of layers of an array, where a volume has nothing.
+const LAYERS: &str = "layers";
+
+/// What tables that follow each other are called.
+#[derive(Clone, Copy)]
+struct Stack {
+    /// The end of the constant that has their number.
+    constant: &'static str,
+    /// As a word.
+    word: &'static str,
+}
+
+const VOLUME: Stack = Stack { constant: "DEPTH", word: "slices" };
+const ARRAY: Stack = Stack { constant: "LAYERS", word: "layers" };
+
 /// What the code of a language is made of.
 struct Facts {
     /// In capitals, and in small letters.
@@ -34,8 +50,8 @@ struct Facts {
     small_name: String,
     width: u32,
     height: u32,
-    /// Slices of a volume.
-    depth: Option<u32>,
+    /// Slices of a volume, or layers of an array, with what they are called.
+    slices: Option<(u32, Stack)>,
     channels: usize,
     /// A plane for each channel, one after the other.
     planes: bool,
@@ -49,12 +65,12 @@ struct Facts {
 
 impl Facts {
     fn len(&self) -> usize {
-        self.width as usize * self.height as usize * self.depth.unwrap_or(1) as usize * self.channels
+        self.width as usize * self.height as usize * self.slices.map_or(1, |(n, _)| n as usize) * self.channels
     }
 
     /// Is there a function that looks values up?
     fn samples(&self) -> bool {
-        self.words.is_none() && self.depth.is_none() && !self.planes
+        self.words.is_none() && self.slices.is_none() && !self.planes
     }
 }
 
@@ -91,8 +107,12 @@ impl Format for Language {
 
         let comment = self.comment;
         let mut text = format!("{comment} Written by {WRITER}. What it says of itself, as JSON strings:\n");
-        let depth = facts.depth.map_or(String::new(), |depth| format!(" {depth}"));
-        let sizes = format!("{} {}{depth} {}", texture.width, texture.height, encoding.name);
+        let several = match texture.shape {
+            Shape::Volume { depth } => format!(" {depth}"),
+            Shape::Array { layers } => format!(" {layers} {LAYERS}"),
+            Shape::Table | Shape::Map | Shape::Cube => String::new(),
+        };
+        let sizes = format!("{} {}{several} {}", texture.width, texture.height, encoding.name);
         let sizes = std::iter::once((format!("{PREFIX}{TEXELS}"), sizes));
         for (key, value) in sizes.chain(pairs(texture, encoding)) {
             text += &format!("{comment} {key} = {}\n", json_string(&value));
@@ -145,15 +165,20 @@ impl Format for Language {
         let stated = |key: &str| strings.iter().find(|(k, _)| k.strip_prefix(PREFIX) == Some(key)).map(|(_, v)| v);
         let sizes = stated(TEXELS).ok_or_else(|| wrong("it does not say how many texels it has"))?;
         let parsed = match sizes.split(' ').collect::<Vec<_>>()[..] {
-            [width, height, ref depth @ .., name] if depth.len() <= 1 => {
+            [width, height, ref several @ .., name] => {
                 let size = |text: &str| text.parse::<u32>().ok().filter(|n| *n > 0);
-                let depth = depth.first().map_or(Some(None), |depth| size(depth).map(Some));
-                let sizes = size(width).zip(size(height)).zip(depth);
+                let shape = match several {
+                    [] => Some(Shape::Table),
+                    [depth] => size(depth).map(|depth| Shape::Volume { depth }),
+                    [layers, LAYERS] => size(layers).filter(|n| *n > 1).map(|layers| Shape::Array { layers }),
+                    _ => None,
+                };
+                let sizes = size(width).zip(size(height)).zip(shape);
                 sizes.zip(numbers().into_iter().find(|e| e.name == name))
             }
             _ => None,
         };
-        let (((width, height), depth), encoding) =
+        let (((width, height), shape), encoding) =
             parsed.ok_or_else(|| wrong(&format!("its size is stated as '{sizes}'")))?;
         let default = &["r", "g", "b", "a"][..encoding.components];
         let facts = strings.iter().map(|(k, v)| (*k, v.as_str()));
@@ -179,7 +204,7 @@ impl Format for Language {
                 values.push(value.ok_or_else(|| wrong(&format!("'{}' is no number", number.escape_debug())))?);
             }
         }
-        let rows = u64::from(height).checked_mul(depth.unwrap_or(1).into());
+        let rows = u64::from(height).checked_mul(shape.slices().unwrap_or(1).into());
         let texels = rows.and_then(|rows| rows.checked_mul(width.into()));
         let wanted = texels.and_then(|n| n.checked_mul(channels.len() as u64));
         if wanted != Some(values.len() as u64) {
@@ -189,11 +214,7 @@ impl Format for Language {
             let texels = values.len() / channels.len();
             values = (0..values.len()).map(|i| values[i % channels.len() * texels + i / channels.len()]).collect();
         }
-        let shape = match depth {
-            Some(depth) => Shape::Volume { depth },
-            None if is_map(&meta) => Shape::Map,
-            None => Shape::Table,
-        };
+        let shape = if shape == Shape::Table && is_map(&meta) { Shape::Map } else { shape };
         let encoding = Encoding::fitting(encoding.repr, channels.len()).expect("these encodings hold up to four");
         Ok((Texture { shape, width, height, channels, levels: vec![values], meta }, encoding))
     }
@@ -222,9 +243,10 @@ fn facts(path: &Path, texture: &Texture, encoding: Encoding) -> Facts {
         name: name.to_ascii_uppercase(),
         width: texture.width,
         height: texture.height,
-        depth: match texture.shape {
-            Shape::Volume { depth } => Some(depth),
-            _ => None,
+        slices: match texture.shape {
+            Shape::Volume { depth } => Some((depth, VOLUME)),
+            Shape::Array { layers } => Some((layers, ARRAY)),
+            Shape::Table | Shape::Map | Shape::Cube => None,
         },
         channels: texture.channels.len(),
         planes: texture.meta.get(PLANES).is_some(),
