@@ -18,7 +18,7 @@ export DEMO_DIR
 # Expanded only when a recipe runs, after setup has decided how to get shaderc.
 CARGO_FLAGS = --locked $(shell sh scripts/setup.sh --cargo-flags)
 
-.PHONY: help setup build demo test test-readers test-report test-view test-engines test-farm test-package spirv package bench clean-demo
+.PHONY: help setup build demo test test-readers test-report test-view test-engines test-farm test-package test-wheel wheel spirv package bench clean-demo
 
 help:
 	@echo 'make setup       install what is missing: Vulkan loader and driver, validation layers, shaderc'
@@ -30,6 +30,8 @@ help:
 	@echo 'make test-view    use a page of view in headless Chromium and compare it with preview'
 	@echo 'make test-engines  draw spheres in real engines and compare them with an f64 reference (ENGINES="three bevy")'
 	@echo 'make test-package  build the published crate as its user does (GAME=game: and a game that bakes as it is built)'
+	@echo 'make wheel       write the program as a Python wheel, target/wheels/*.whl'
+	@echo 'make test-wheel  install that with pip into an empty environment, bake and verify'
 	@echo 'make package     write the crate to publish, target/package/*.crate'
 	@echo 'make test-farm   bake 210 probes in four workers of a render farm, one of which is killed'
 	@echo 'make bench       run the benchmarks'
@@ -75,6 +77,13 @@ spirv: setup
 # Cargo builds what it packages once, as a check. `cargo publish -p brdf-baker` uploads it.
 package: spirv
 	cargo package --locked -p brdf-baker
+
+# Needs Python, and maturin from PyPI, which the script installs.
+wheel: build
+	sh scripts/wheel.sh
+
+test-wheel: wheel
+	sh tests/wheel/run.sh
 
 # Needs Python, and openjd-cli from PyPI, which the script installs.
 test-farm: setup

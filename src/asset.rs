@@ -111,8 +111,8 @@ impl Place {
     }
 
     fn write(self, texture: &mut Texture) -> Result<Written> {
-        format::certify(texture, self.encoding)?;
-        self.output.commit(self.format, texture, self.encoding)
+        let stored = format::certify(texture, self.encoding)?;
+        self.output.commit(self.format, texture, stored)
     }
 }
 

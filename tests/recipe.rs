@@ -202,6 +202,7 @@ fn mistakes_are_refused_before_any_work_with_their_place() {
         (bake("ndf = \"gxg\""), ["line 4, column 1: unknown distribution 'gxg'", "did you mean 'ggx'?"]),
         (bake("for = \"bevi\""), ["line 4, column 1: unknown target 'bevi'", "did you mean 'bevy'?"]),
         (bake("ior = 1.5\nmaterial = \"copper\""), ["line 4, column 1", "'ior' cannot be used with"]),
+        (bake("for = []"), ["line 4, column 7: 'for' is an empty list", "leave it out"]),
         (bake("exact-rows = 1"), ["line 4, column 1: 'exact-rows' is neither true nor false", "without quotes"]),
         (bake("[[bake]]\noutput = \"b.ktx2\""), ["line 4, column 1: [[bake]] has no 'table'", "table ="]),
         (env(""), ["line 1, column 1: [[env]] has no 'output'", "'for'"]),
@@ -214,6 +215,14 @@ fn mistakes_are_refused_before_any_work_with_their_place() {
         (
             "[[env]]\ninput = \"x.exr\"\noutput = \"a.ktx2\"\n".into(),
             ["line 2, column 1: cannot read 'x.exr'", "spelling"],
+        ),
+        (
+            "[[env]]\ninput = []\noutput = \"a.ktx2\"\n".into(),
+            ["line 2, column 9: 'input' is an empty list", "leave it out"],
+        ),
+        (
+            "[[env]]\ninput = [\"probes/*.exr\", \"none/*.exr\"]\noutput = \"{name}.ktx2\"\n".into(),
+            ["line 2, column 1: 'none/*.exr' finds no file", "relative to the recipe's folder"],
         ),
         ("[[env]]\ninput = \"x.exr\noutput = 3".into(), ["line 2, column", "TOML"]),
     ] {

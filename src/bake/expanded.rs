@@ -2,6 +2,7 @@
 //! Tables by expansion: the rule at Chebyshev points in f64 on the processor, the series at every texel on the device.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -249,7 +250,7 @@ impl Expanded {
 
     fn on_gpu(&self, gpu: &Gpu, x: &[f64], y: &[f64], on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         let name = "bake/expansion";
-        let kernel = gpu.kernel(name, &shaders::spirv(name), 3, size_of::<Push>() as u32)?;
+        let kernel = gpu.kept_kernel(name, &shaders::spirv(name), 3, size_of::<Push>() as u32)?;
         let mut passes = Passes { gpu, kernel, slice: FIRST_SLICE };
         let [n, m] = self.expansion.terms.map(|terms| terms as u32);
         let single = |list: &[f64]| list.iter().map(|v| *v as f32).collect::<Vec<f32>>();
@@ -293,7 +294,7 @@ struct Push {
 /// The kernel, and how much of it runs at once.
 struct Passes<'a> {
     gpu: &'a Gpu,
-    kernel: Kernel,
+    kernel: Arc<Kernel>,
     slice: u32,
 }
 

@@ -541,7 +541,7 @@ impl SpecularJob {
             Picture::Cube(_) => "_cut_faces",
         };
         let name = format!("bake/specular{variant}+{}", self.kernel.file());
-        let kernel = gpu.kernel(&name, &shaders::spirv(&name), 6, size_of::<Push>() as u32)?;
+        let kernel = gpu.kept_kernel(&name, &shaders::spirv(&name), 6, size_of::<Push>() as u32)?;
         let texels = if cuts { residual(picture, tree.base) } else { vec![0.0] };
         let texels = gpu.upload("texels", &texels)?;
         let lines = gpu.upload("lines", &lines(picture))?;

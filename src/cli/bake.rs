@@ -401,11 +401,11 @@ impl BakePlan {
         if let Some(origin) = origin {
             origin.state(&mut texture.meta);
         }
-        format::certify(&mut texture, storage)?;
+        let stored = format::certify(&mut texture, storage)?;
         if let Some(note) = texture.meta.get("rule.note") {
             console.warn(&format!("--rule auto: {note}"));
         }
-        let written = output.commit(format, &texture, storage)?;
+        let written = output.commit(format, &texture, stored)?;
         storage::warn_of_lost_meta(format, &path, console);
 
         let seconds = start.elapsed().as_secs_f64();

@@ -170,15 +170,15 @@ impl Wanted {
             texture.meta.set(CLAMPED, most);
         }
         harmonics::state(irradiance, &mut texture.meta);
-        format::certify(&mut texture, self.storage)?;
-        Ok(Baked { texture, rms, worst, texels })
+        let stored = format::certify(&mut texture, self.storage)?;
+        Ok(Baked { texture, stored, rms, worst, texels })
     }
 
     /// Writes what was baked, and says so.
     fn write(
         self,
         output: Output,
-        baked: &Baked,
+        baked: Baked,
         source: &Source<'_>,
         start: Instant,
         backend: &Backend,
@@ -186,8 +186,8 @@ impl Wanted {
     ) -> Result<()> {
         let Wanted { path, job, format, storage, choice, atlas } = self;
         let encoding = storage.encoding;
-        let Baked { texture, rms, worst, texels } = baked;
-        let written = output.commit(format, texture, storage)?;
+        let Baked { texture, stored, rms, worst, texels } = baked;
+        let written = output.commit(format, &texture, stored)?;
         storage::warn_of_lost_meta(format, &path, console);
         if written.rounding.clamped > 0 {
             console.warn(&format!(
@@ -265,6 +265,7 @@ struct Source<'a> {
 /// A baked map and what its own check found.
 struct Baked {
     texture: Texture,
+    stored: format::Stored,
     rms: f64,
     worst: f64,
     texels: u32,
@@ -387,7 +388,7 @@ impl EnvPlan {
             let bake = |wanted: &Wanted| wanted.bake(&source, &irradiance, backend, console);
             let baked: Vec<Baked> = wanted.iter().map(bake).collect::<Result<_>>()?;
             backend.check_messages()?;
-            for ((wanted, output), baked) in wanted.into_iter().zip(outputs).zip(&baked) {
+            for ((wanted, output), baked) in wanted.into_iter().zip(outputs).zip(baked) {
                 wanted.write(output, baked, &source, start, backend, console)?;
             }
         }

@@ -108,9 +108,9 @@ impl OwnArgs {
         texture.meta.set("error.worst", format!("{worst:.2e}"));
         texture.meta.set("error.median", format!("{:.2e}", report.median()));
         texture.meta.set("error.checked", format!("{} texels against a finer adaptive rule", report.texels));
-        format::certify(texture, storage)?;
+        let stored = format::certify(texture, storage)?;
         let estimate = baked.estimates.levels[0].iter().copied().fold(0.0, f32::max);
-        let written = output.commit(format, texture, storage)?;
+        let written = output.commit(format, texture, stored)?;
         storage::warn_of_lost_meta(format, &wanted.path, console);
         if let Some((output, format, encoding)) = estimates {
             for (key, value) in [("table", "estimates"), ("estimates.of", name.as_str())] {

@@ -13,7 +13,7 @@ use image_dds::ddsfile::{
     PixelFormatFlags,
 };
 
-use super::encoding::{Pictures, decode, encode};
+use super::encoding::{Pictures, decode, encoded};
 use super::{Encoding, Format, Repr, Storage, check};
 use crate::error::{Error, Result};
 use crate::texture::{Meta, Shape, Texture};
@@ -76,49 +76,18 @@ impl Format for Dds {
 
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
         check(path, self, texture, storage)?;
-        let cannot = |e: image_dds::ddsfile::Error| Error::io("write", path, std::io::Error::other(e));
-        let encoding = storage.encoding;
-        let is_cube = texture.shape == Shape::Cube;
-        let depth = match texture.shape {
-            Shape::Volume { depth } => Some(depth),
-            _ => None,
-        };
-        let mut file = File::new_dxgi(NewDxgiParams {
-            height: texture.height,
-            width: texture.width,
-            depth,
-            format: known().find(|(e, _)| *e == encoding).map(|(_, d)| d).expect("check() refuses other encodings"),
-            mipmap_levels: Some(texture.levels.len() as u32),
-            array_layers: match texture.shape {
-                Shape::Cube => Some(6),
-                Shape::Array { layers } => Some(layers),
-                Shape::Table | Shape::Map | Shape::Volume { .. } => None,
-            },
-            caps2: match depth {
-                Some(_) => Some(Caps2::VOLUME),
-                None => is_cube.then_some(Caps2::CUBEMAP | Caps2::CUBEMAP_ALLFACES),
-            },
-            is_cubemap: is_cube,
-            resource_dimension: match depth {
-                Some(_) => D3D10ResourceDimension::Texture3D,
-                None => D3D10ResourceDimension::Texture2D,
-            },
-            alpha_mode: if texture.channels.len() == 4 { AlphaMode::Custom } else { AlphaMode::Opaque },
-        })
-        .map_err(cannot)?;
-        // The format is in the newer header. The crate adds what older readers would look for, and then mistake it.
-        let fourcc = file.header.spf.fourcc.clone();
-        file.header.spf = PixelFormat { flags: PixelFormatFlags::FOURCC, fourcc, ..PixelFormat::default() };
-        let levels: Vec<Vec<u8>> = (0..texture.levels.len())
-            .map(|i| encode(&texture.levels[i], texture.channels.len(), Pictures::of(texture, i), storage))
-            .collect::<Result<_>>()?;
-        let faces = texture.faces() as usize;
-        let of_face =
-            |face: usize| levels.iter().flat_map(move |l| &l[l.len() / faces * face..l.len() / faces * (face + 1)]);
-        file.data = (0..faces).flat_map(of_face).copied().collect();
-        let mut out = vec![];
-        file.write(&mut out).map_err(cannot)?;
-        Ok(out)
+        file(path, texture, storage, encoded(texture, storage)?)
+    }
+
+    fn to_bytes_of_blocks(
+        &self,
+        path: &Path,
+        texture: &Texture,
+        storage: Storage,
+        levels: Vec<Vec<u8>>,
+    ) -> Result<Vec<u8>> {
+        check(path, self, texture, storage)?;
+        file(path, texture, storage, levels)
     }
 
     fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)> {
@@ -178,4 +147,48 @@ impl Format for Dds {
         }
         Ok((texture, encoding))
     }
+}
+
+/// The file, of levels as it holds them before any compression.
+fn file(path: &Path, texture: &Texture, storage: Storage, levels: Vec<Vec<u8>>) -> Result<Vec<u8>> {
+    let cannot = |e: image_dds::ddsfile::Error| Error::io("write", path, std::io::Error::other(e));
+    let encoding = storage.encoding;
+    let is_cube = texture.shape == Shape::Cube;
+    let depth = match texture.shape {
+        Shape::Volume { depth } => Some(depth),
+        _ => None,
+    };
+    let mut file = File::new_dxgi(NewDxgiParams {
+        height: texture.height,
+        width: texture.width,
+        depth,
+        format: known().find(|(e, _)| *e == encoding).map(|(_, d)| d).expect("check() refuses other encodings"),
+        mipmap_levels: Some(texture.levels.len() as u32),
+        array_layers: match texture.shape {
+            Shape::Cube => Some(6),
+            Shape::Array { layers } => Some(layers),
+            Shape::Table | Shape::Map | Shape::Volume { .. } => None,
+        },
+        caps2: match depth {
+            Some(_) => Some(Caps2::VOLUME),
+            None => is_cube.then_some(Caps2::CUBEMAP | Caps2::CUBEMAP_ALLFACES),
+        },
+        is_cubemap: is_cube,
+        resource_dimension: match depth {
+            Some(_) => D3D10ResourceDimension::Texture3D,
+            None => D3D10ResourceDimension::Texture2D,
+        },
+        alpha_mode: if texture.channels.len() == 4 { AlphaMode::Custom } else { AlphaMode::Opaque },
+    })
+    .map_err(cannot)?;
+    // The format is in the newer header. The crate adds what older readers would look for, and then mistake it.
+    let fourcc = file.header.spf.fourcc.clone();
+    file.header.spf = PixelFormat { flags: PixelFormatFlags::FOURCC, fourcc, ..PixelFormat::default() };
+    let faces = texture.faces() as usize;
+    let of_face =
+        |face: usize| levels.iter().flat_map(move |l| &l[l.len() / faces * face..l.len() / faces * (face + 1)]);
+    file.data = (0..faces).flat_map(of_face).copied().collect();
+    let mut out = vec![];
+    file.write(&mut out).map_err(cannot)?;
+    Ok(out)
 }

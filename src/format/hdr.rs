@@ -54,10 +54,10 @@ impl Format for Hdr {
             .encode(&rgb, texture.width as usize, texture.height as usize)
             .map_err(|e| Error::io("write", path, std::io::Error::other(e)))?;
 
-        // The comments come right behind the first line, the signature.
+        // The comments come right behind the first line, the signature. Godot warns of any other line of a header.
         let first_line = plain.iter().position(|b| *b == b'\n').map_or(0, |i| i + 1);
         let (signature, rest) = plain.split_at(first_line);
-        let mut comments = format!("SOFTWARE={WRITER}\n");
+        let mut comments = format!("# {WRITER}\n");
         for (key, value) in pairs(texture, encoding) {
             comments += &format!("# {key}={value}\n");
         }

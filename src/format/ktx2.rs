@@ -13,7 +13,7 @@ use std::path::Path;
 
 use ::ktx2 as reader;
 
-use super::encoding::{Pictures, decode, encode};
+use super::encoding::{Pictures, decode, encoded};
 use super::{
     Compression, Encoding, Format, Repr, Storage, WRITER, ZSTD_RATIO, check, from_pairs, is_map, pairs, plausible,
     stated_encoding,
@@ -84,82 +84,18 @@ impl Format for Ktx2 {
 
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>> {
         check(path, self, texture, storage)?;
-        let encoding = storage.encoding;
-        let vk_format =
-            known().find(|(e, _)| *e == encoding).map(|(_, vk)| vk).expect("check() refuses other encodings");
-        let plain: Vec<Vec<u8>> = (0..texture.levels.len())
-            .map(|i| encode(&texture.levels[i], texture.channels.len(), Pictures::of(texture, i), storage))
-            .collect::<Result<_>>()?;
-        let compressed = |level: &Vec<u8>| {
-            zstd::bulk::compress(level, ZSTD_LEVEL).map(Cow::Owned).map_err(|e| Error::io("write", path, e))
-        };
-        let levels: Vec<Cow<'_, [u8]>> = match storage.compression {
-            Compression::Plain => plain.iter().map(|level| Cow::Borrowed(&level[..])).collect(),
-            Compression::Zstd => plain.iter().map(compressed).collect::<Result<_>>()?,
-        };
-        let dfd = data_format_descriptor(encoding, storage.compression);
-        let kvd = key_value_data(texture, encoding);
+        file(path, texture, storage, encoded(texture, storage)?)
+    }
 
-        // Where everything lies. Levels follow smallest first, each aligned for a copy to the GPU unless it must be
-        // decompressed first.
-        let dfd_offset = HEADER_BYTES + LEVEL_INDEX_BYTES * levels.len();
-        let kvd_offset = dfd_offset + dfd.len();
-        let alignment = if storage.compression == Compression::Plain { lcm4(encoding.unit_bytes()) } else { 1 };
-        let mut end = kvd_offset + kvd.len();
-        let mut offsets = vec![0; levels.len()];
-        for (offset, level) in offsets.iter_mut().zip(&levels).rev() {
-            *offset = end.next_multiple_of(alignment);
-            end = *offset + level.len();
-        }
-
-        // Header, index, level index.
-        let mut out = Vec::with_capacity(end);
-        out.extend([0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, b'\r', b'\n', 0x1a, b'\n']);
-        let type_size = match encoding.repr {
-            Repr::F16 | Repr::Unorm16 => 2,
-            Repr::F32 | Repr::Unorm10 | Repr::B10g11r11 | Repr::Rgb9e5 => 4,
-            _ => 1,
-        };
-        let (pixel_depth, layer_count, faces) = match texture.shape {
-            Shape::Volume { depth } => (depth, 0, 1),
-            Shape::Array { layers } => (0, layers, 1),
-            Shape::Table | Shape::Map | Shape::Cube => (0, 0, texture.faces()),
-        };
-        let supercompression = if storage.compression == Compression::Zstd { 2 } else { 0 };
-        for field in [
-            vk_format,
-            type_size,
-            texture.width,
-            texture.height,
-            pixel_depth,
-            layer_count,
-            faces,
-            levels.len() as u32,
-            supercompression,
-            dfd_offset as u32,
-            dfd.len() as u32,
-            kvd_offset as u32,
-            kvd.len() as u32,
-        ] {
-            out.extend(field.to_le_bytes());
-        }
-        let (sgd_offset, sgd_length) = (0_u64, 0_u64);
-        out.extend(sgd_offset.to_le_bytes());
-        out.extend(sgd_length.to_le_bytes());
-        for ((offset, level), plain) in offsets.iter().zip(&levels).zip(&plain) {
-            for field in [*offset, level.len(), plain.len()] {
-                out.extend((field as u64).to_le_bytes());
-            }
-        }
-
-        // Descriptor, pairs, levels.
-        out.extend(dfd);
-        out.extend(kvd);
-        for (offset, level) in offsets.iter().zip(&levels).rev() {
-            out.resize(*offset, 0);
-            out.extend_from_slice(level);
-        }
-        Ok(out)
+    fn to_bytes_of_blocks(
+        &self,
+        path: &Path,
+        texture: &Texture,
+        storage: Storage,
+        levels: Vec<Vec<u8>>,
+    ) -> Result<Vec<u8>> {
+        check(path, self, texture, storage)?;
+        file(path, texture, storage, levels)
     }
 
     fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)> {
@@ -248,6 +184,82 @@ impl Format for Ktx2 {
         }
         Ok((texture, encoding))
     }
+}
+
+/// The file, of levels as it holds them before any compression.
+fn file(path: &Path, texture: &Texture, storage: Storage, plain: Vec<Vec<u8>>) -> Result<Vec<u8>> {
+    let encoding = storage.encoding;
+    let vk_format = known().find(|(e, _)| *e == encoding).map(|(_, vk)| vk).expect("check() refuses other encodings");
+    let compressed = |level: &Vec<u8>| {
+        zstd::bulk::compress(level, ZSTD_LEVEL).map(Cow::Owned).map_err(|e| Error::io("write", path, e))
+    };
+    let levels: Vec<Cow<'_, [u8]>> = match storage.compression {
+        Compression::Plain => plain.iter().map(|level| Cow::Borrowed(&level[..])).collect(),
+        Compression::Zstd => plain.iter().map(compressed).collect::<Result<_>>()?,
+    };
+    let dfd = data_format_descriptor(encoding, storage.compression);
+    let kvd = key_value_data(texture, encoding);
+
+    // Where everything lies. Levels follow smallest first, each aligned for a copy to the GPU unless it must be
+    // decompressed first.
+    let dfd_offset = HEADER_BYTES + LEVEL_INDEX_BYTES * levels.len();
+    let kvd_offset = dfd_offset + dfd.len();
+    let alignment = if storage.compression == Compression::Plain { lcm4(encoding.unit_bytes()) } else { 1 };
+    let mut end = kvd_offset + kvd.len();
+    let mut offsets = vec![0; levels.len()];
+    for (offset, level) in offsets.iter_mut().zip(&levels).rev() {
+        *offset = end.next_multiple_of(alignment);
+        end = *offset + level.len();
+    }
+
+    // Header, index, level index.
+    let mut out = Vec::with_capacity(end);
+    out.extend([0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, b'\r', b'\n', 0x1a, b'\n']);
+    let type_size = match encoding.repr {
+        Repr::F16 | Repr::Unorm16 => 2,
+        Repr::F32 | Repr::Unorm10 | Repr::B10g11r11 | Repr::Rgb9e5 => 4,
+        _ => 1,
+    };
+    let (pixel_depth, layer_count, faces) = match texture.shape {
+        Shape::Volume { depth } => (depth, 0, 1),
+        Shape::Array { layers } => (0, layers, 1),
+        Shape::Table | Shape::Map | Shape::Cube => (0, 0, texture.faces()),
+    };
+    let supercompression = if storage.compression == Compression::Zstd { 2 } else { 0 };
+    for field in [
+        vk_format,
+        type_size,
+        texture.width,
+        texture.height,
+        pixel_depth,
+        layer_count,
+        faces,
+        levels.len() as u32,
+        supercompression,
+        dfd_offset as u32,
+        dfd.len() as u32,
+        kvd_offset as u32,
+        kvd.len() as u32,
+    ] {
+        out.extend(field.to_le_bytes());
+    }
+    let (sgd_offset, sgd_length) = (0_u64, 0_u64);
+    out.extend(sgd_offset.to_le_bytes());
+    out.extend(sgd_length.to_le_bytes());
+    for ((offset, level), plain) in offsets.iter().zip(&levels).zip(&plain) {
+        for field in [*offset, level.len(), plain.len()] {
+            out.extend((field as u64).to_le_bytes());
+        }
+    }
+
+    // Descriptor, pairs, levels.
+    out.extend(dfd);
+    out.extend(kvd);
+    for (offset, level) in offsets.iter().zip(&levels).rev() {
+        out.resize(*offset, 0);
+        out.extend_from_slice(level);
+    }
+    Ok(out)
 }
 
 /// At most `size` bytes and one more, which is enough to refuse the rest.

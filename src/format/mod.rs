@@ -33,8 +33,10 @@ use std::path::Path;
 
 pub use self::babylon::BabylonEnv;
 pub use self::dds::Dds;
+pub(crate) use self::encoding::exp2i;
 pub use self::encoding::{
-    Compression, ENCODINGS, Effort, Encoding, Loss, Pictures, Repr, Rounding, Steps, Storage, decode, encode, rounding,
+    Compression, ENCODINGS, Effort, Encoding, Loss, Pictures, Repr, Rounding, Steps, Storage, Stored, decode, encode,
+    rounding,
 };
 pub use self::exr::Exr;
 pub use self::fingerprint::{Changed, Fingerprint, SHA256};
@@ -82,6 +84,16 @@ pub trait Format: Sync {
     }
     /// The file's bytes, with the texture's meta. `path` names the file in an error, and an array in source code.
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>>;
+    /// The same with levels that were encoded before, in a container that holds [blocks](Repr::is_blocks).
+    fn to_bytes_of_blocks(
+        &self,
+        path: &Path,
+        texture: &Texture,
+        storage: Storage,
+        _levels: Vec<Vec<u8>>,
+    ) -> Result<Vec<u8>> {
+        self.to_bytes(path, texture, storage)
+    }
     /// The texture in a file that this tool wrote (others too where the container says enough), and its encoding.
     /// `path` only names the file in an error.
     fn parse(&self, path: &Path, bytes: &[u8]) -> Result<(Texture, Encoding)>;
@@ -231,19 +243,22 @@ pub fn check_compression(format: &dyn Format, compression: Compression) -> Resul
 }
 
 /// States in a texture's meta what a file that stores it so must say of its texels: their fingerprint, and where no step
-/// tells it, what they lost.
-pub fn certify(texture: &mut Texture, storage: impl Into<Storage>) -> Result<()> {
+/// tells it, what they lost. The result is what [`Output::commit`] stores.
+pub fn certify(texture: &mut Texture, storage: impl Into<Storage>) -> Result<Stored> {
     let storage = storage.into();
-    let fingerprint = if storage.encoding.repr.is_measured() {
-        // Blocks take long to encode: once for both.
-        let stored = encoding::stored(texture, storage)?;
-        Steps::state(&Rounding::between(texture, storage.encoding.repr, &stored), &mut texture.meta);
-        Fingerprint::of_levels(&stored, texture.channels.len(), storage.encoding)?
+    let encoding = storage.encoding;
+    let mut result = Stored::from(storage);
+    let fingerprint = if encoding.repr.is_measured() {
+        let bytes = encoding::encoded(texture, storage)?;
+        let stored = encoding::decoded(&bytes, texture, encoding);
+        Steps::state(&Rounding::between(texture, encoding.repr, &stored), &mut texture.meta);
+        result.blocks = encoding.repr.is_blocks().then_some(bytes);
+        Fingerprint::of_levels(&stored, texture.channels.len(), encoding)?
     } else {
         Fingerprint::of(texture, storage)?
     };
     fingerprint.state(&mut texture.meta);
-    Ok(())
+    Ok(result)
 }
 
 /// What every writer checks first: the encoding, the lengths, the ranges and the meta.

@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
-use super::{Format, Rounding, Storage, leftover, rounding};
+use super::{Format, Rounding, Stored, leftover, rounding};
 use crate::error::{Error, Result};
 use crate::texture::Texture;
 
@@ -110,9 +110,13 @@ impl Output {
     }
 
     /// Writes the texture and puts the file in place, over an older one.
-    pub fn commit(self, format: &dyn Format, texture: &Texture, storage: impl Into<Storage>) -> Result<Written> {
-        let storage = storage.into();
-        let bytes = format.to_bytes(&self.path, texture, storage)?;
+    /// `stored` is what [`certify`](super::certify) gave, or just an encoding.
+    pub fn commit(self, format: &dyn Format, texture: &Texture, stored: impl Into<Stored>) -> Result<Written> {
+        let Stored { storage, blocks } = stored.into();
+        let bytes = match blocks {
+            Some(levels) => format.to_bytes_of_blocks(&self.path, texture, storage, levels)?,
+            None => format.to_bytes(&self.path, texture, storage)?,
+        };
         let rounding = if storage.encoding.repr.is_blocks() {
             // Blocks take long to encode, and little to decode.
             let (read, _) = format.parse(&self.path, &bytes)?;

@@ -16,7 +16,9 @@ use half::f16;
 use image_dds::ddsfile::{Caps2, D3DFormat, Dds, DxgiFormat, MiscFlag};
 use image_dds::{ImageFormat, Surface};
 
-use super::{DEFLATE_RATIO, Encoding, Format, Hdr, Ktx1, Npy, Pictures, Repr, ZSTD_RATIO, decode, plausible, unzstd};
+use super::{
+    DEFLATE_RATIO, Encoding, Format, Hdr, Ktx1, Npy, Pictures, Repr, ZSTD_RATIO, decode, exp2i, plausible, unzstd,
+};
 use crate::bake::MAX_SIZE;
 use crate::error::{Error, Result};
 use crate::texture::Shape;
@@ -279,7 +281,7 @@ impl Packing {
                 .collect(),
             Packing::Rgb9e5 => words()
                 .flat_map(|w| {
-                    let scale = ((w >> 27) as f32 - 24.0).exp2();
+                    let scale = exp2i((w >> 27) as i32 - 24) as f32;
                     [0, 9, 18].map(|shift| (w >> shift & 0x1ff) as f32 * scale)
                 })
                 .collect(),

@@ -111,7 +111,7 @@ pub enum Value {
     Text(String),
     /// `true` or `false`.
     Flag(bool),
-    /// Strings and numbers.
+    /// Strings and numbers, at least one.
     List(Vec<String>),
 }
 
@@ -266,11 +266,19 @@ impl<'a> Reader<'a> {
         self.wrong(self.place(&value.span()), &format!("'{key}' is {found}"), &format!("write {wanted}"))
     }
 
+    /// A list that holds nothing would ask for nothing, which nobody means.
+    fn empty(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Error {
+        self.wrong(self.place(&value.span()), &format!("'{key}' is an empty list"), "fill it, or leave it out")
+    }
+
     /// All `[[kind]]` of a file.
     fn entries(&self, kind: Kind, value: &Spanned<DeValue<'_>>) -> Result<Vec<Entry>> {
         let word = kind.name();
         let wanted = format!("[[{word}]] above its keys");
         let Some(list) = value.get_ref().as_array() else { return Err(self.mistyped(word, value, &wanted)) };
+        if list.is_empty() {
+            return Err(self.empty(word, value));
+        }
         list.iter()
             .map(|value| {
                 let table = value.get_ref().as_table().ok_or_else(|| self.mistyped(word, value, &wanted))?;
@@ -289,6 +297,7 @@ impl<'a> Reader<'a> {
     fn value(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Result<Value> {
         Ok(match value.get_ref() {
             DeValue::Boolean(flag) => Value::Flag(*flag),
+            DeValue::Array(list) if list.is_empty() => return Err(self.empty(key, value)),
             DeValue::Array(list) => Value::List(list.iter().map(|v| self.scalar(key, v)).collect::<Result<_>>()?),
             _ => Value::Text(self.scalar(key, value)?),
         })
@@ -337,6 +346,9 @@ mod tests {
             ("[[bake]]\nsize = 1979-05-27\n", "line 2, column 8: 'size' is a datetime", "a string"),
             ("[[bake]]\nsize = [[1]]\n", "line 2, column 9: 'size' is an array", "a string"),
             ("[[bake]]\nsize = 1\nsize = 2\n", "line 3, column 1", "TOML"),
+            ("[[env]]\ninput = [ ]\n", "line 2, column 9: 'input' is an empty list", "leave it out"),
+            ("[[bake]]\nsize = 1\nfor = []\n", "line 3, column 7: 'for' is an empty list", "fill it"),
+            ("env = []\n[[bake]]\n", "line 1, column 7: 'env' is an empty list", "fill it"),
             ("# nothing\n", "asks for nothing", "[[env]]"),
         ] {
             let error = parse(text).expect_err(text);

@@ -13,7 +13,8 @@ if (!modules || more.length > 0) {
   console.error("usage: browser.mjs PAGE.mjs FOLDER NODE_MODULES");
   process.exit(2);
 }
-const LIMIT_MS = 240_000;
+// Seconds a page may take.
+const LIMIT_MS = 1000 * (process.env.LIMIT ?? 240);
 const roots = { npm: modules, files: folder, test: import.meta.dirname };
 const types = { ".mjs": "text/javascript", ".js": "text/javascript", ".json": "application/json", ".wasm": "application/wasm" };
 
@@ -75,7 +76,7 @@ const server = createServer(async (request, response) => {
 });
 server.listen(0, "127.0.0.1", () => {
   // Its processes may still write when it has ended: the next run clears up.
-  const profile = join(folder, "chromium");
+  const profile = join(folder, `chromium-${basename(page, ".mjs")}`);
   rmSync(profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
   const chromium = spawn(process.env.CHROMIUM ?? "chromium", [
     "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",

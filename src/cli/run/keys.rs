@@ -169,6 +169,9 @@ pub fn schema() -> serde_json::Value {
                 let mut about =
                     json!({ "description": argument.get_help().map(|h| h.to_string()).unwrap_or_default() });
                 about["type"] = value_type(argument);
+                if takes_list(argument) {
+                    about["minItems"] = 1.into();
+                }
                 (name(argument).to_string(), about)
             })
             .collect();
@@ -183,6 +186,7 @@ pub fn schema() -> serde_json::Value {
         json!({
             "description": about,
             "type": "array",
+            "minItems": 1,
             "items": entry(kind),
         })
     };
@@ -199,6 +203,11 @@ pub fn schema() -> serde_json::Value {
     })
 }
 
+/// May it be set to a list?
+fn takes_list(argument: &Arg) -> bool {
+    argument.get_value_delimiter().is_some() || LISTS.contains(&name(argument))
+}
+
 /// The types that a key's value may have.
 fn value_type(argument: &Arg) -> serde_json::Value {
     let parsed = argument.get_value_parser().type_id();
@@ -212,7 +221,7 @@ fn value_type(argument: &Arg) -> serde_json::Value {
         // Words that may be numbers: sizes.
         _ => vec!["string", "integer"],
     };
-    if argument.get_value_delimiter().is_some() || LISTS.contains(&name(argument)) {
+    if takes_list(argument) {
         types = vec!["string", "array"];
     }
     match types.as_slice() {

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::{Color, Job};
 use crate::error::Result;
+use crate::format::exp2i;
 
 /// How a texel is stored. Alpha, where there is any, does not count; one component is grey.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,7 +120,7 @@ fn words(bytes: &[u8]) -> impl IndexedParallelIterator<Item = u32> {
 
 /// Mantissa · 2^(exponent − 15 − 9) (Khronos Data Format Specification 1.3, chapter on shared exponents).
 fn rgb9e5(word: u32) -> [f32; 3] {
-    let scale = ((word >> 27) as f32 - 24.0).exp2();
+    let scale = exp2i((word >> 27) as i32 - 24) as f32;
     [0, 9, 18].map(|shift| (word >> shift & 0x1ff) as f32 * scale)
 }
 

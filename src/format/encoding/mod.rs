@@ -291,6 +291,21 @@ impl From<Encoding> for Storage {
     }
 }
 
+/// How a texture is stored, with its levels where they had to be encoded to be certified.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stored {
+    /// How.
+    pub storage: Storage,
+    /// The blocks of every level, which take long to encode; `None` where nothing is in blocks, or not yet.
+    pub(super) blocks: Option<Vec<Vec<u8>>>,
+}
+
+impl<S: Into<Storage>> From<S> for Stored {
+    fn from(storage: S) -> Self {
+        Stored { storage: storage.into(), blocks: None }
+    }
+}
+
 /// The pictures of a level: one, or of a cube six.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pictures {
@@ -315,8 +330,10 @@ impl Pictures {
     }
 }
 
-fn exp2i(n: i32) -> f64 {
-    f64::from(n).exp2()
+/// 2ⁿ, exact, which the standard library's `exp2` need not be; n ∈ [−1022, 1023].
+pub(crate) fn exp2i(n: i32) -> f64 {
+    debug_assert!((-1022..=1023).contains(&n), "2^{n} is no normal number");
+    f64::from_bits(((n + 1023) as u64) << 52)
 }
 
 /// ⌊log₂|value|⌋, exact; far below every bound for 0.
@@ -566,15 +583,22 @@ pub fn rounding(texture: &Texture, storage: impl Into<Storage>) -> Result<Roundi
     Ok(Rounding::sum(of_levels.into_iter()))
 }
 
+/// Every level as bytes.
+pub(super) fn encoded(texture: &Texture, storage: Storage) -> Result<Vec<Vec<u8>>> {
+    let level = |i: usize| encode(&texture.levels[i], texture.channels.len(), Pictures::of(texture, i), storage);
+    (0..texture.levels.len()).map(level).collect()
+}
+
+/// Every level as a reader finds it in these bytes.
+pub(super) fn decoded(bytes: &[Vec<u8>], texture: &Texture, encoding: Encoding) -> Vec<Vec<f32>> {
+    let level =
+        |(i, bytes): (usize, &Vec<u8>)| decode(bytes, texture.channels.len(), Pictures::of(texture, i), encoding);
+    bytes.iter().enumerate().map(level).collect()
+}
+
 /// Every level as a reader will find it.
 pub(super) fn stored(texture: &Texture, storage: Storage) -> Result<Vec<Vec<f32>>> {
-    let channels = texture.channels.len();
-    let level = |i: usize| {
-        let pictures = Pictures::of(texture, i);
-        let bytes = encode(&texture.levels[i], channels, pictures, storage)?;
-        Ok(decode(&bytes, channels, pictures, storage.encoding))
-    };
-    (0..texture.levels.len()).map(level).collect()
+    Ok(decoded(&encoded(texture, storage)?, texture, storage.encoding))
 }
 
 /// An error when a texel of `encoding` has fewer components than a texture has channels.
@@ -619,7 +643,7 @@ mod tests {
         // Halves near 1 are 2^-10 apart: the ties go to the even mantissa, down once and up once.
         assert_eq!(round(1.0 + 1.0 / 2048.0, "r16f")[0], 1.0);
         assert_eq!(round(1.0 + 3.0 / 2048.0, "r16f")[0], 1.0 + 2.0 / 1024.0);
-        assert_eq!(round(2.0_f32.powi(-25) * 1.001, "r16f")[0], 2.0_f32.powi(-24), "subnormal");
+        assert_eq!(round(exp2i(-25) as f32 * 1.001, "r16f")[0], exp2i(-24) as f32, "subnormal");
     }
 
     #[test]

@@ -94,7 +94,8 @@ mod tests {
 
     #[test]
     fn every_word_comes_back() {
-        for i in 0..1u32 << 16 {
+        // Miri takes minutes for all of them.
+        for i in (0..1u32 << 16).step_by(if cfg!(miri) { 61 } else { 1 }) {
             // All floats of 11 and of 10 bits that are finite.
             let (r, b) = (i % (31 << 6), i % (31 << 5));
             let word = r | r << 11 | b << 22;

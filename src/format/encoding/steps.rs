@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! How far apart the values lie that a file can hold.
 
+use half::f16;
+
 use super::{Encoding, Rounding};
 use crate::error::{Error, Result};
 use crate::texture::Meta;
@@ -84,7 +86,7 @@ impl Steps {
     /// The largest error that storing can have made near `value`, in a texel whose largest component is `largest`.
     pub fn half_ulp_at(&self, value: f64, largest: f64) -> f64 {
         match self.lost.filter(|_| self.encoding.repr.is_blocks()) {
-            Some(lost) if value.abs() >= 2.0_f64.powi(-14) => lost.absolute.min(lost.relative * value.abs()),
+            Some(lost) if value.abs() >= f64::from(f16::MIN_POSITIVE) => lost.absolute.min(lost.relative * value.abs()),
             Some(lost) => lost.absolute,
             None => self.encoding.half_ulp_at(value, largest),
         }

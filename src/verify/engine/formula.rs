@@ -17,9 +17,25 @@ pub struct Formula {
     pub direction: fn(point: &Point, roughness: f64) -> [f64; 3],
     /// The mip that holds a roughness, as a share of the last one.
     pub level: fn(roughness: f64) -> f64,
-    /// By what the reflected light and the irradiance over π are multiplied: from F0, the albedo under the surface, scale
-    /// and bias of the split sum.
-    pub shares: fn(f0: f64, albedo: f64, scale: f64, bias: f64) -> [f64; 2],
+    /// By what the reflected light and the irradiance over π are multiplied.
+    pub shares: fn(&Surface) -> [f64; 2],
+}
+
+/// What a channel's shares depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Reflectance at normal incidence.
+    pub f0: f64,
+    /// Albedo of what lies under the surface, 0 where nothing does.
+    pub albedo: f64,
+    /// Scale of the split sum.
+    pub scale: f64,
+    /// Bias of the split sum.
+    pub bias: f64,
+    /// Cosine between normal and view.
+    pub n_dot_v: f64,
+    /// Perceptual roughness.
+    pub roughness: f64,
 }
 
 /// All of them.
@@ -44,6 +60,23 @@ pub static FORMULAS: &[Formula] = &[
         },
         level: |roughness| roughness,
         shares: fdez_aguera,
+    },
+    Formula {
+        name: "gltf",
+        source: "Khronos glTF Sample Renderer 1.1: pbr.frag, ibl.glsl",
+        roughness: |roughness, _| roughness,
+        direction: |point, _| point.r(),
+        level: |roughness| roughness,
+        shares: fdez_aguera_rough,
+    },
+    Formula {
+        name: "materialx",
+        source: "MaterialX 1.39: mx_environment_prefilter.glsl, mx_generalized_schlick_bsdf.glsl, mx_microfacet_specular.glsl",
+        roughness: |roughness, _| roughness,
+        direction: |point, _| point.r(),
+        // The roughest mip is not the last one.
+        level: |roughness| if roughness < 0.5 { roughness } else { 0.5 * alpha_of(roughness) + 0.375 },
+        shares: turquin,
     },
 ];
 
@@ -81,10 +114,33 @@ fn towards_normal(point: &Point, share: f64) -> [f64; 3] {
 
 /// Fdez-Agüera 2019, A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting: what is not reflected at
 /// the first bounce goes on as diffuse light, and what leaves in either way does not reach the body below.
-fn fdez_aguera(f0: f64, albedo: f64, scale: f64, bias: f64) -> [f64; 2] {
-    let single = f0 * scale + bias;
+fn fdez_aguera(surface: &Surface) -> [f64; 2] {
+    let single = surface.f0 * surface.scale + surface.bias;
+    let multiple = bounces(single, surface);
+    [single, multiple + surface.albedo * (1.0 - single - multiple)]
+}
+
+/// The same, but all bounces are read where the first one is, and the Fresnel term of the first loses with roughness what
+/// it gains at grazing angles.
+fn fdez_aguera_rough(surface: &Surface) -> [f64; 2] {
+    let Surface { f0, albedo, scale, bias, n_dot_v, roughness } = *surface;
+    let grazing = f0 + ((1.0 - roughness).max(f0) - f0) * (1.0 - n_dot_v).powi(5);
+    let single = grazing * scale + bias;
+    let reflected = single + bounces(single, surface);
+    [reflected, albedo * (1.0 - reflected)]
+}
+
+/// What later bounces add to a `single` one.
+fn bounces(single: f64, Surface { f0, scale, bias, .. }: &Surface) -> f64 {
     let lost = 1.0 - scale - bias;
     let average = f0 + (1.0 - f0) / 21.0;
-    let multiple = single * average / (1.0 - lost * average) * lost;
-    [single, multiple + albedo * (1.0 - single - multiple)]
+    single * average / (1.0 - lost * average) * lost
+}
+
+/// Turquin 2019, Practical multiple scattering compensation for microfacet models, Eqs. 14 and 16, with Schlick's term.
+fn turquin(Surface { f0, albedo, scale, bias, n_dot_v, .. }: &Surface) -> [f64; 2] {
+    let whole = scale + bias;
+    let fresnel = f0 + (1.0 - f0) * (1.0 - n_dot_v).powi(5);
+    let reflected = (f0 * scale + bias) * (1.0 + fresnel * (1.0 - whole) / whole);
+    [reflected, albedo * (1.0 - reflected)]
 }

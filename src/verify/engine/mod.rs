@@ -17,7 +17,7 @@ mod formula;
 mod light;
 mod scene;
 
-pub use formula::{FORMULAS, Formula};
+pub use formula::{FORMULAS, Formula, Surface};
 pub use light::Light;
 pub use scene::{Point, RADIUS, Scene, Sphere};
 
@@ -49,8 +49,10 @@ pub fn shade(
         };
         let diffuse = light.diffuse(point.n);
         let (f0, albedo) = material.reflectances();
+        let (scale, n_dot_v) = (whole - bias, point.n_dot_v());
+        let surface = Surface { f0: 0.0, albedo: 0.0, scale, bias, n_dot_v, roughness };
         std::array::from_fn(|c| {
-            let [single, rest] = (formula.shares)(f0[c], albedo[c], whole - bias, bias);
+            let [single, rest] = (formula.shares)(&Surface { f0: f0[c], albedo: albedo[c], ..surface });
             specular[c] * single + diffuse[c] * rest
         })
     };

@@ -476,7 +476,7 @@ mod tests {
             for t in (0..16).filter(|t| inside >> t & 1 == 1) {
                 for (value, stored) in texels[t].into_iter().zip(found[t]) {
                     let (value, error) = (f64::from(value), f64::from(stored) - f64::from(value));
-                    let is_relative = value >= 2.0_f64.powi(-14);
+                    let is_relative = value >= f64::from(f16::MIN_POSITIVE);
                     let ratio = if is_relative { error / value } else { 0.0 };
                     let parts = [ratio * ratio, f64::from(u8::from(is_relative)), error * error, value * value];
                     sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
