@@ -73,6 +73,7 @@ fn main() {
         "ggx_glass_inv_Eavg",
         "ggx_gen_schlick_s",
         "ggx_gen_schlick_ior_s",
+        "sheen_ltc",
     ] {
         add(&format!("{name}, blender"), &["bake", name, "--for", "blender", "-o", "a.h"]);
     }

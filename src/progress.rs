@@ -42,6 +42,11 @@ impl Watch {
     /// Is nobody interested in the result any more? Counts one of the work's parts as begun.
     pub fn cancelled(&self) -> bool {
         self.done.fetch_add(1, Ordering::Relaxed);
+        self.gone()
+    }
+
+    /// The same of work that is no part by itself.
+    pub fn gone(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
 }

@@ -3,8 +3,8 @@
 //! x along the view, as [`crate::rule::ltc_sheen`] fits them, and the albedo R.
 //!
 //! f (n·l) ≈ R A² z/(π |M⁻¹ l|⁴). Two tables: of any sheen that a distribution and a geometry term make, Charlie's unless
-//! told otherwise; and of the layer of fibres that the paper approximates by a formula ([`crate::rule::fibre_layer`]). The
-//! paper's other lobe, a random walk through that layer, is not among them: it has no formula.
+//! told otherwise; and of the layer of fibres that the paper approximates by a formula ([`crate::rule::fibre_layer`]). Those of
+//! the layer itself are in [`super::ltc_sheen_volume`].
 //!
 //! Axes as published: n·v to the right, alpha down, both limits included; n·v and alpha are at least 0.01,
 //! alpha 0.07 of distributions whose facets stand upright.
@@ -32,19 +32,19 @@ const FINE: Fineness = Fineness { polar: 14, azimuth: 21, panel: 0.7 };
 /// Nodes of the albedo of fibres.
 const ALBEDO: Fineness = Fineness { polar: 36, azimuth: 48, panel: 0.5 };
 /// What the truth of A and B is good for.
-const TRUTH: f64 = 1e-4;
+pub(super) const TRUTH: f64 = 1e-4;
 /// Most light that a sheen of the registries sends back per light that comes: geometry terms that make light.
 const MOST: f32 = 65504.0;
 
-static CHANNELS: [Channel; 3] = [
+pub(super) static CHANNELS: [Channel; 3] = [
     Channel { name: "a", meaning: "inverse matrix, first and second entry of the diagonal", range: [0.0, 100.0] },
     Channel { name: "b", meaning: "inverse matrix, row 0, column 2", range: [-100.0, 100.0] },
     Channel { name: "reflectance", meaning: "directional albedo", range: [0.0, MOST] },
 ];
 
-const USAGE: &str =
+pub(super) const USAGE: &str =
     "f (n.l) = reflectance * a * a * l.z / (pi * q * q), w = (a * l.x + b * l.z, a * l.y, l.z), q = dot(w, w)";
-const SOURCE: &str =
+pub(super) const SOURCE: &str =
     "Zeltner, Burley, Chiang 2022, Practical Multiple-Scattering Sheen Using Linearly Transformed Cosines";
 /// Of the albedo of fibres.
 const FIBRES: Tolerance =
@@ -84,7 +84,8 @@ static FIBRES_FACTS: Facts = Facts {
     tolerance: FITTED,
 };
 
-const fn error_channel() -> Channel {
+/// The channel of the fit's error.
+pub(super) const fn error_channel() -> Channel {
     let meaning = "how far the fitted lobe is from the true one, root of mean squares: 0 perfect, 1 no lobe";
     Channel { name: "fit-error", meaning, range: [0.0, 1.0] }
 }
@@ -104,7 +105,7 @@ static FIBRES_DERIVED: [Derived; 1] = [Derived {
 }];
 
 /// Where a texel of fibres is taken.
-fn place(at: At) -> At {
+pub(super) fn place(at: At) -> At {
     At { n_dot_v: at.n_dot_v.max(LEAST), roughness: at.roughness.max(LEAST.sqrt()) }
 }
 
@@ -114,22 +115,35 @@ fn place_of(model: &Model, at: At) -> At {
     At { n_dot_v: at.n_dot_v.max(LEAST), roughness: at.roughness.max(least.sqrt()) }
 }
 
+/// Refuses a model for a table that has its own lobe.
+pub(super) fn check_own(model: &Model, name: &str) -> Result<()> {
+    let usual = model.ndf.family.name == "ggx" && model.visibility.name == "smith" && !model.is_anisotropic();
+    if usual && std::ptr::eq(model.fresnel.term, Fresnel::SCHLICK.term) {
+        return Ok(());
+    }
+    Err(Error::usage(
+        format!("{name} has a lobe of its own"),
+        "drop --ndf, --visibility and the material, or bake ltc-sheen",
+    ))
+}
+
 fn microfacets(model: &Model, at: At, fineness: Fineness) -> LobeNodes {
     LobeNodes::of_model(model, place_of(model, at), fineness).expect("a width above 0 has a lobe")
 }
 
-fn error(nodes: &LobeNodes, [a, b, albedo, _]: &Values) -> f64 {
+/// The fit's error over these nodes.
+pub(super) fn error(nodes: &LobeNodes, [a, b, albedo, _]: &Values) -> f64 {
     squared_error(nodes, *albedo, [*a, *b]).sqrt()
 }
 
 /// (A, B, R) of a lobe whose albedo is known.
-fn values(nodes: &LobeNodes, albedo: f64) -> Values {
+pub(super) fn values(nodes: &LobeNodes, albedo: f64) -> Values {
     let [a, b] = fit(nodes, albedo).entries;
     [a, b, albedo, 0.0]
 }
 
 /// As published: 32 × 32 over n·v and alpha, with both limits.
-const USUAL: Usual = Usual {
+pub(super) const USUAL: Usual = Usual {
     size: (32, 32),
     axes: Some(&[Warp::NDotV, Warp::Alpha]),
     points: Points::Edges,
@@ -195,14 +209,7 @@ impl Table for LtcSheenFibres {
     }
 
     fn check(&self, model: &Model) -> Result<()> {
-        let usual = model.ndf.family.name == "ggx" && model.visibility.name == "smith" && !model.is_anisotropic();
-        if usual && std::ptr::eq(model.fresnel.term, Fresnel::SCHLICK.term) {
-            return Ok(());
-        }
-        Err(Error::usage(
-            "ltc-sheen-fibres has a lobe of its own",
-            "drop --ndf, --visibility and the material, or bake ltc-sheen",
-        ))
+        check_own(model, FIBRES_FACTS.name)
     }
 
     fn check_limits(&self, _model: &Model, _at_grazing: bool, _at_mirror: bool) -> Result<()> {

@@ -16,6 +16,7 @@ pub mod layers;
 pub mod ltc;
 mod ltc_magnitude;
 mod ltc_sheen;
+mod ltc_sheen_volume;
 pub mod model;
 pub mod own;
 pub mod quality;
@@ -271,6 +272,8 @@ pub static TABLES: &[&dyn Table] = &[
     &ltc_magnitude::LtcMagnitude,
     &ltc_sheen::LtcSheen,
     &ltc_sheen::LtcSheenFibres,
+    &ltc_sheen_volume::VOLUME,
+    &ltc_sheen_volume::ENDLESS_VOLUME,
 ];
 
 /// The table with this name.

@@ -136,6 +136,8 @@ struct Asked {
     encoding: Option<Encoding>,
     /// Of the target: its encoding and its container's extension.
     preset: Option<(Encoding, &'static str)>,
+    /// The target wants a plane for each channel.
+    planes: bool,
     storage: StorageArgs,
     choice: Choice,
     own: OwnArgs,
@@ -150,6 +152,7 @@ pub struct BakePlan {
     path: PathBuf,
     format: &'static dyn Format,
     storage: Storage,
+    planes: bool,
     choice: Choice,
 }
 
@@ -286,6 +289,7 @@ impl BakeArgs {
         };
         let given = self.encoding.as_deref().map(Encoding::parse).transpose()?;
         let of_preset = preset.map(|p| Encoding::parse(p.encoding)).transpose()?;
+        let planes = preset.is_some_and(|p| p.planes);
         let preset = of_preset.zip(preset.map(|p| p.extension));
         let (material, storage, own) = (self.material, self.storage, self.own);
         Ok(Asked {
@@ -300,6 +304,7 @@ impl BakeArgs {
             path,
             encoding: given,
             preset,
+            planes,
             storage,
             choice,
             own,
@@ -309,7 +314,7 @@ impl BakeArgs {
 
 impl Asked {
     fn plan(self) -> Result<BakePlan> {
-        let job = self.job()?;
+        let (job, planes) = (self.job()?, self.planes);
         let Asked { start, albedo, material, path, encoding: given, preset, storage, choice, .. } = self;
         let shape = job.shape();
         let format = format::for_path(&path)?;
@@ -331,7 +336,8 @@ impl Asked {
                 format::check_range(&path, format, encoding, channel.name, &(low..=high))?;
             }
         }
-        Ok(BakePlan { start, job, albedo, material, path, format, storage, choice })
+        let planes = planes && shape == Shape::Table && format.holds_planes();
+        Ok(BakePlan { start, job, albedo, material, path, format, storage, planes, choice })
     }
 
     fn job(&self) -> Result<Job> {
@@ -363,7 +369,7 @@ impl BakePlan {
 
     /// Bakes, checks and writes; the file states its `origin` where it has one.
     pub fn run(self, device: &Device<'_>, origin: Option<&Origin>, console: &mut Console) -> Result<()> {
-        let BakePlan { start, job, albedo, material, path, format, storage, choice } = self;
+        let BakePlan { start, job, albedo, material, path, format, storage, planes, choice } = self;
         let (facts, shape, encoding) = (&job.tables()[0], job.shape(), storage.encoding);
         console.overrides(&choice);
         let output = Output::prepare(&path)?;
@@ -388,6 +394,9 @@ impl BakePlan {
             texture.meta.set("material", name);
         }
         choice.describe(&mut texture.meta);
+        if planes {
+            texture.meta.set(format::PLANES, texture.channels.join(","));
+        }
         report.state(job.bound(), &mut texture.meta);
         if let Some(origin) = origin {
             origin.state(&mut texture.meta);

@@ -62,6 +62,10 @@ pub trait Format: Sync {
     fn extension(&self) -> &'static str;
     /// Can it hold more than one level?
     fn holds_mips(&self) -> bool;
+    /// Can a table lie in it channel by channel, as its meta's `planes` says?
+    fn holds_planes(&self) -> bool {
+        false
+    }
     /// Has it a place for metadata? Without it a file does not say what it holds.
     fn holds_meta(&self) -> bool {
         true
@@ -361,6 +365,8 @@ const ENCODING: &str = "encoding";
 const FORMULA: &str = "encoding.decode";
 /// The key of a size that a container has no other place for.
 const TEXELS: &str = "texels";
+/// Key of the channels of a table that lies plane by plane in source code.
+pub const PLANES: &str = "planes";
 /// What files name as their writer.
 const WRITER: &str = concat!("brdf-baker ", env!("CARGO_PKG_VERSION"));
 

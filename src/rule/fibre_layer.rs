@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The sheen of a thin layer of upright fibres, as Zeltner, Burley and Chiang approximate it (2022, Practical
 //! Multiple-Scattering Sheen Using Linearly Transformed Cosines; formulas and fitted numbers: `sheen_approx.h` of
-//! github.com/tizian/ltc-sheen, Apache-2.0). Their other lobe, a random walk through the same layer, has no formula.
+//! github.com/tizian/ltc-sheen, Apache-2.0). The lobe that it approximates is in [`super::fibre_walk`].
 //!
 //! Fibres are SGGX microflakes (Heitz, Dupuy, Crassin, Dachsbacher 2015) of cross section sigma = alpha² about the normal,
 //! in a layer of density and thickness 1. With the flakes' projected area a(w) = √(sin² + sigma² cos²) and the optical
@@ -35,6 +35,12 @@ const FITTED: [[f64; 2]; 11] = [
 /// No peak is so narrow that azimuths have to crowd for it.
 const PEAK_RAD: f64 = 0.5;
 
+/// The cross section of the fibres of a texel.
+pub fn sigma_of(at: At) -> f64 {
+    let alpha = alpha_of(at.roughness);
+    alpha * alpha
+}
+
 /// The layer at one width, seen from one direction.
 #[derive(Clone, Copy, Debug)]
 pub struct FibreLayer {
@@ -47,9 +53,12 @@ pub struct FibreLayer {
 impl FibreLayer {
     /// Domain: n_dot_v in (0, 1], roughness in (0, 1].
     pub fn new(at: At) -> FibreLayer {
-        let alpha = alpha_of(at.roughness);
-        let sigma = alpha * alpha;
-        FibreLayer { sigma, n_dot_v: at.n_dot_v, fitted: [0, 1].map(|i| between(sigma, i)) }
+        FibreLayer::of(sigma_of(at), at.n_dot_v)
+    }
+
+    /// Of fibres of this cross section. Domain: both in (0, 1].
+    pub fn of(sigma: f64, n_dot_v: f64) -> FibreLayer {
+        FibreLayer { sigma, n_dot_v, fitted: [0, 1].map(|i| between(sigma, i)) }
     }
 
     /// D per steradian.
@@ -67,14 +76,18 @@ impl FibreLayer {
         base + (1.0 - base) * (1.0 - (1.0 - cos).powi(12))
     }
 
+    /// f (n·l) of light that is scattered once, per steradian of light. Domain: n_dot_l in (0, 1].
+    pub fn once(&self, sin_h: f64, n_dot_h: f64, n_dot_l: f64) -> f64 {
+        let depth = self.depth(self.n_dot_v) + self.depth(n_dot_l);
+        0.25 * self.d(sin_h * sin_h, n_dot_h * n_dot_h) * -(-depth).exp_m1() / (self.n_dot_v * depth)
+    }
+
     /// f (n·l), per steradian of light. Domain: n_dot_l in (0, 1].
     pub fn reflected(&self, sin_h: f64, n_dot_h: f64, n_dot_l: f64) -> f64 {
         let mu = self.n_dot_v;
-        let depth = self.depth(mu) + self.depth(n_dot_l);
-        let once = 0.25 * self.d(sin_h * sin_h, n_dot_h * n_dot_h) * -(-depth).exp_m1() / (mu * depth);
         let [m, b] = self.fitted;
         let often = (b - m * mu.hypot(n_dot_l)).exp() * self.faded(mu) * self.faded(n_dot_l);
-        once + n_dot_l * often
+        self.once(sin_h, n_dot_h, n_dot_l) + n_dot_l * often
     }
 
     /// Nodes over the lobe, above the horizon. cos θ_h = sigma sinh t resolves the flakes, which lie within sigma of the

@@ -85,8 +85,11 @@ pub fn fit(nodes: &LobeNodes, albedo: f64) -> SheenFit {
             }),
         }
     };
-    // A sheen leans towards the horizon before or behind the viewer.
-    let ends = [[0.5f64, -0.2], [0.5, 0.2], [0.1, -0.05]]
+    // A sheen leans towards the horizon before or behind the viewer, or hugs it as closely as its mean cosine says.
+    let moments = nodes.light.iter().zip(&nodes.value).zip(&nodes.solid_angle_sr);
+    let (all, cosine) = moments.fold((0.0, 0.0), |(all, sum), ((l, f), w)| (all + w * f, sum + w * f * l[2].max(0.0)));
+    let mean = (cosine / all).clamp(1e-4, 1.0);
+    let ends = [[0.5f64, -0.2], [0.5, 0.2], [mean, -0.5 * mean]]
         .map(|[a, b]| newton([a.ln(), b], value, local, |p| [0.5, 0.2 * p[0].exp() + 0.2 * p[1].abs()]));
     let best = ends.into_iter().min_by(|x, y| x.value.total_cmp(&y.value)).expect("three ends");
     SheenFit { entries: [best.at[0].exp(), best.at[1]], squared: best.value }

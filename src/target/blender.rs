@@ -50,11 +50,25 @@ const CYCLES_SCHLICK: TablePreset = TablePreset {
     ..CYCLES_GLASS
 };
 
+/// Sheen over n·v and alpha, 32 each: a plane for A, for B and for the albedo.
+const CYCLES_SHEEN: TablePreset = TablePreset {
+    table: "ltc-sheen-volume",
+    axes: &[Warp::NDotV, Warp::Alpha],
+    channels: &["a", "b", "reflectance"],
+    planes: true,
+    stem: "sheen_ltc",
+    extension: "h",
+    encoding: "rgba32f",
+    snippet: "// {file}: planes of A, B and the albedo, row = roughness, column = n.v
+// lookup_table_read_2D(mu, roughness, offset + plane * 32 * 32, 32, 32)",
+    ..CYCLES
+};
+
 pub(super) static TARGET: Target = Target {
     name: "blender",
     about: [
         "EXR picture of 2048x1024 for a world's environment texture",
-        "Tables as C: EEVEE's brdf_ggx (split-sum), ltc_mat_ggx, ltc_mag_ggx; Cycles' ggx_E, ggx_Eavg, ggx_glass_*, ggx_gen_schlick_*, by name",
+        "Tables as C: EEVEE's brdf_ggx (split-sum), ltc_mat_ggx, ltc_mag_ggx; Cycles' ggx_E, ggx_Eavg, ggx_glass_*, ggx_gen_schlick_*, sheen_ltc, by name",
     ],
     source: "Blender: Cycles scene/shader.tables, app/cycles_precompute.cpp; EEVEE eevee_lut",
     tables: &[
@@ -117,6 +131,7 @@ vec2 split_sum = texture(utility_tx, uv * 63.0 / 64.0 + 0.5 / 64.0).rg;",
 // s = lookup_table_read_3D(roughness, mu, sqrtf(fabsf((ior - 1) / (ior + 1))), offset, 16, 16, 16)",
             ..CYCLES_SCHLICK
         },
+        CYCLES_SHEEN,
     ],
     environment: Some(EnvironmentPreset {
         snippet: "import bpy

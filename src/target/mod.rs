@@ -69,6 +69,8 @@ pub struct TablePreset {
     pub row_shift: u32,
     /// What the channels hold.
     pub channels: &'static [&'static str],
+    /// Source code has a plane for each channel, one after the other.
+    pub planes: bool,
     /// Name of the file where the user gives none, without its extension.
     pub stem: &'static str,
     /// The container's extension.
@@ -109,6 +111,7 @@ impl TablePreset {
         flip_v: false,
         row_shift: 0,
         channels: &["scale", "bias"],
+        planes: false,
         stem: "dfg",
         extension: "ktx2",
         encoding: "rg16f",

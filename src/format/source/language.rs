@@ -54,9 +54,11 @@ fn about(facts: &Facts) -> String {
         Some((n, stack)) => (format!(" x {n}"), format!("{} in order, ", stack.word)),
         None => (String::new(), String::new()),
     };
-    format!(
-        "{width} x {height}{several} texels of {channels} values{kind}; {slices}rows from the top, texels from the left."
-    )
+    let texels = match facts.planes {
+        true => format!("{channels} planes of {width} x {height}{several} values{kind}, one after the other"),
+        false => format!("{width} x {height}{several} texels of {channels} values{kind}"),
+    };
+    format!("{texels}; {slices}rows from the top, texels from the left.")
 }
 
 /// The number of slices or layers where there are some: `before`, the name of the constant, `between`, the number, `after`.

@@ -3,7 +3,8 @@
 //! function that looks a value up between texels. Halves are written as their bits, to be handed to a GPU, and integers as they are stored.
 //!
 //! The array holds the texture's channels and no others, slices or layers in order, rows from the top, texels from the left;
-//! several tables come without the function. Its name is the file's.
+//! channel by channel where the meta names `planes`. Several tables, and one in planes, come without the function. Its name is
+//! the file's.
 //! What this tool wrote it reads again: numbers and facts only, not code that was changed around them.
 
 mod language;
@@ -14,7 +15,8 @@ use half::f16;
 
 pub use self::language::{C, C_HEADER, JAVASCRIPT, Language, PYTHON, RUST, TYPESCRIPT};
 use super::{
-    ENCODINGS, Encoding, Format, PREFIX, Repr, Storage, TEXELS, WRITER, check, floats, from_pairs, is_map, pairs,
+    ENCODINGS, Encoding, Format, PLANES, PREFIX, Repr, Storage, TEXELS, WRITER, check, floats, from_pairs, is_map,
+    pairs,
 };
 use crate::error::{Error, Result};
 use crate::texture::{Shape, Texture};
@@ -51,6 +53,8 @@ struct Facts {
     /// Slices of a volume, or layers of an array, with what they are called.
     slices: Option<(u32, Stack)>,
     channels: usize,
+    /// A plane for each channel, one after the other.
+    planes: bool,
     /// What numbers are that are not floats: 16-bit words of this.
     words: Option<&'static str>,
     /// Values lie at the ends of the axes, not in the middle of texels.
@@ -66,7 +70,7 @@ impl Facts {
 
     /// Is there a function that looks values up?
     fn samples(&self) -> bool {
-        self.words.is_none() && self.slices.is_none()
+        self.words.is_none() && self.slices.is_none() && !self.planes
     }
 }
 
@@ -81,6 +85,10 @@ impl Format for Language {
 
     fn holds_mips(&self) -> bool {
         false
+    }
+
+    fn holds_planes(&self) -> bool {
+        true
     }
 
     fn encodings(&self, shape: Shape) -> Vec<Encoding> {
@@ -117,7 +125,10 @@ impl Format for Language {
             _ => format!("{v:?}{}", self.float_suffix),
         };
         let mut line = INDENT.to_string();
-        for value in &texture.levels[0] {
+        let (values, count) = (&texture.levels[0], texture.channels.len());
+        let planes = || (0..count).flat_map(|c| values.iter().skip(c).step_by(count)).copied().collect();
+        let values: Vec<f32> = if facts.planes { planes() } else { values.clone() };
+        for value in &values {
             let number = number(value);
             if line.len() + number.len() + 2 > LINE {
                 text += line.trim_end();
@@ -199,6 +210,10 @@ impl Format for Language {
         if wanted != Some(values.len() as u64) {
             return Err(wrong(&format!("it has {} numbers, which is not its size", values.len())));
         }
+        if meta.get(PLANES).is_some() {
+            let texels = values.len() / channels.len();
+            values = (0..values.len()).map(|i| values[i % channels.len() * texels + i / channels.len()]).collect();
+        }
         let shape = if shape == Shape::Table && is_map(&meta) { Shape::Map } else { shape };
         let encoding = Encoding::fitting(encoding.repr, channels.len()).expect("these encodings hold up to four");
         Ok((Texture { shape, width, height, channels, levels: vec![values], meta }, encoding))
@@ -234,6 +249,7 @@ fn facts(path: &Path, texture: &Texture, encoding: Encoding) -> Facts {
             Shape::Table | Shape::Map | Shape::Cube => None,
         },
         channels: texture.channels.len(),
+        planes: texture.meta.get(PLANES).is_some(),
         words: match encoding.repr {
             Repr::F16 => Some("the bits of a half float"),
             Repr::Unorm16 => Some("a share of 65535"),
