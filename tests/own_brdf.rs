@@ -53,6 +53,19 @@ fn compare(
     truth_error: f64,
     truth: impl Fn(At) -> Vec<f64>,
 ) -> (f64, f64) {
+    compare_where(|_| true, backend, request, source, options, truth_error, truth)
+}
+
+/// The same of some texels.
+fn compare_where(
+    which: impl Fn(At) -> bool,
+    backend: &Backend,
+    request: &TableRequest,
+    source: OwnSource,
+    options: OwnOptions,
+    truth_error: f64,
+    truth: impl Fn(At) -> Vec<f64>,
+) -> (f64, f64) {
     let name = source.name();
     let job = OwnJob::new(request, source, options, backend, &mut ignore).unwrap();
     let table = job.run(&mut ignore).unwrap();
@@ -60,6 +73,9 @@ fn compare(
     let (mut worst, mut most) = (0f64, 0f64);
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let at = job.table().at(x, y);
+        if !which(at) {
+            continue;
+        }
         let estimate = f64::from(table.estimates.texel(0, 0, x, y)[0]);
         let expected = truth(at);
         assert_eq!(expected.len(), table.texture.channels.len());
@@ -109,12 +125,13 @@ fn names(list: &[&str]) -> Vec<String> {
 }
 
 /// ∫ f (n·l) dω_l over light directions in polar coordinates about the normal, of a BRDF without colours that is kinked at
-/// the viewer's angle and at right angles to it, to about 1e-7.
+/// the viewer's angle and at right angles to it, to about 1e-7. Across from a low viewer it may have a peak as narrow as n·v.
 fn albedo(n_dot_v: f64, f: impl Fn([f64; 3], [f64; 3]) -> f64) -> f64 {
     let v = [(1.0 - n_dot_v * n_dot_v).sqrt(), 0.0, n_dot_v];
-    let outer = integrate(&[0.0, v[0].atan2(n_dot_v), FRAC_PI_2], 1e-7, 400, |theta| {
+    let (theta_v, peak) = (v[0].atan2(n_dot_v), (16.0 * n_dot_v).min(1.0));
+    let outer = integrate(&[0.0, (1.0 - peak) * theta_v, theta_v, FRAC_PI_2], 1e-7, 400, |theta| {
         let (sin, cos) = theta.sin_cos();
-        let inner = integrate(&[0.0, FRAC_PI_2, PI], 2e-8, 400, |phi| {
+        let inner = integrate(&[0.0, FRAC_PI_2, PI - peak, PI], 2e-8, 400, |phi| {
             let l = [sin * phi.cos(), sin * phi.sin(), cos];
             Estimate { value: [2.0 * f(l, v) * cos * sin], error: 0.0 }
         });
@@ -124,22 +141,24 @@ fn albedo(n_dot_v: f64, f: impl Fn([f64; 3], [f64; 3]) -> f64) -> f64 {
     outer.value[0]
 }
 
+fn oren_nayar(alpha: f64) -> impl Fn([f64; 3], [f64; 3]) -> f64 {
+    let s2 = alpha * alpha;
+    let (a, b) = (1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09));
+    move |l: [f64; 3], v: [f64; 3]| (a + b * (l[0] * v[0] + l[1] * v[1]).max(0.0) / l[2].max(v[2])) / PI
+}
+
+fn ashikhmin_shirley(alpha: f64) -> impl Fn([f64; 3], [f64; 3]) -> f64 {
+    let n = 2.0 / (alpha * alpha) - 2.0;
+    move |l: [f64; 3], v: [f64; 3]| {
+        let h = brdf_baker::brdf::half(l, v);
+        let v_dot_h: f64 = v.iter().zip(h).map(|(v, h)| v * h).sum();
+        (n + 1.0) / (8.0 * PI) * h[2].powf(n) / (v_dot_h * l[2].max(v[2]))
+    }
+}
+
 #[test]
 fn kinked_brdfs_agree_with_independent_integration() {
     on_gpu(|backend| {
-        let oren_nayar = |alpha: f64| {
-            let s2 = alpha * alpha;
-            let (a, b) = (1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09));
-            move |l: [f64; 3], v: [f64; 3]| (a + b * (l[0] * v[0] + l[1] * v[1]).max(0.0) / l[2].max(v[2])) / PI
-        };
-        let ashikhmin_shirley = |alpha: f64| {
-            let n = 2.0 / (alpha * alpha) - 2.0;
-            move |l: [f64; 3], v: [f64; 3]| {
-                let h = brdf_baker::brdf::half(l, v);
-                let v_dot_h: f64 = v.iter().zip(h).map(|(v, h)| v * h).sum();
-                (n + 1.0) / (8.0 * PI) * h[2].powf(n) / (v_dot_h * l[2].max(v[2]))
-            }
-        };
         let size = (5, 4);
         let request = request("albedo", size);
         let read = |name: &str| OwnSource::read(&example(name)).unwrap();
@@ -150,6 +169,29 @@ fn kinked_brdfs_agree_with_independent_integration() {
         compare(backend, &request, read("ashikhmin_shirley.glsl"), clamped, 3e-7, |at| {
             vec![albedo(at.n_dot_v, ashikhmin_shirley(at.roughness.max(0.4).powi(2)))]
         });
+    });
+}
+
+#[test]
+fn low_viewers_see_where_lights_are_as_low() {
+    on_gpu(|backend| {
+        // n·v from 0.001 up: the kink at n·l = n·v is a strip at the horizon.
+        let request = TableRequest { axes: Some(names(&["sqrt_n_dot_v", "roughness"])), ..request("albedo", (16, 3)) };
+        let read = |name: &str| OwnSource::read(&example(name)).unwrap();
+        let low = |at: At| at.n_dot_v < 0.1;
+        let clamped = OwnOptions { least_roughness: 0.7, ..DOUBLE };
+        for (name, options) in [("oren_nayar.glsl", DOUBLE), ("ashikhmin_shirley.glsl", clamped)] {
+            let is_diffuse = name.starts_with("oren");
+            compare_where(low, backend, &request, read(name), options, 3e-7, |at| {
+                let alpha = at.roughness.max(options.least_roughness).powi(2);
+                let found = if is_diffuse {
+                    albedo(at.n_dot_v, oren_nayar(alpha))
+                } else {
+                    albedo(at.n_dot_v, ashikhmin_shirley(alpha))
+                };
+                vec![found]
+            });
+        }
     });
 }
 

@@ -11,7 +11,7 @@
 //! direction has its place, and no node is wasted below the horizon. t = scale·sinh(y) spreads all widths from the
 //! scale of the lobe, which is probed, to the horizon over panels of like length. Panels end at t1, at t2 and at sv/mu, where
 //! the half vector is v: a lobe back to the viewer lies there, at ψ = 0, and the first cells are as
-//! narrow there as it is. In each the position is u with
+//! narrow there as it is. Seen from near the horizon they are graded towards the light's horizon, too. In each the position is u with
 //! y = y0 + (y1 − y0) u² (3 − 2u), which removes the square root with which circles open and close, and x = ψ/ψ_max.
 //! The BRDF is symmetric about the plane of v and n (the laws look at that): half of the circle counts twice.
 //!
@@ -71,6 +71,8 @@ const MOST_CELLS: usize = 8192;
 const BAND: usize = 1 << 11;
 /// Range of y of a first cell.
 const FIRST_RANGE: f64 = 3.0;
+/// A viewer below this n·v is low: from above, the nodes of a whole panel see how light sets.
+const LOW: f64 = 1.0 / 16.0;
 /// Cells are halved no further: single floats hold their ends exactly so far.
 const LEAST_SIDE: f32 = 1.0 / (1 << 22) as f32;
 /// What roundings of an integrand leave of a sum, in units of the last place.
@@ -284,6 +286,23 @@ fn first_cells(index: u32, place: &Place, record: &[f64; RECORD], effort: Effort
             }
         }
     }
+    // Whole circles do not reach the horizon.
+    let whole = (place.n_dot_v / (1.0 + record[1]) / record[3]).asinh();
+    let reaches = |cell: &Cell| cell.x + cell.dx == 1.0 && record[5 + cell.panel as usize] > whole;
+    let at_horizon = |cell: Cell| if reaches(&cell) { towards_horizon(cell, place.n_dot_v) } else { vec![cell] };
+    cells.into_iter().flat_map(at_horizon).collect()
+}
+
+/// Cuts off three quarters of a cell again and again, towards x = 1 where the light sets. Models change where the light is as
+/// low as a low viewer, in a strip about as wide as n·v: no node may lie in it, and no difference of rules tells.
+fn towards_horizon(mut cell: Cell, n_dot_v: f64) -> Vec<Cell> {
+    let mut cells = vec![];
+    while n_dot_v < LOW && f64::from(cell.dx) > 4.0 * n_dot_v {
+        let most = 0.75 * cell.dx;
+        cells.push(Cell { dx: most, ..cell });
+        cell = Cell { x: cell.x + most, dx: cell.dx - most, ..cell };
+    }
+    cells.push(cell);
     cells
 }
 
