@@ -80,10 +80,22 @@ def encoded(picture, kind, **options):
 
 
 grey16 = Image.fromarray(numpy.arange(32, dtype=numpy.uint16).reshape(4, 8) * 2000)
+
+def torn(png):
+    """A palette that ends in the middle of a colour."""
+    start = png.index(b"PLTE") - 4
+    (length,) = struct.unpack(">I", png[start : start + 4])
+    chunk = b"PLTE" + png[start + 8 : start + 8 + length] + b"\x12\x34"
+    crc = struct.pack(">I", zlib.crc32(chunk))
+    return png[:start] + struct.pack(">I", length + 2) + chunk + crc + png[start + 12 + length :]
+
+
+palette = encoded(image.quantize(8), "PNG", transparency=1)
 for name, content in {
     "rgb.png": encoded(image, "PNG"),
     "grey16.png": encoded(grey16, "PNG"),
-    "palette.png": encoded(image.quantize(8), "PNG", transparency=1),
+    "palette.png": palette,
+    "torn_palette.png": torn(palette),
     "grey1.png": encoded(image.convert("1"), "PNG"),
 }.items():
     put("environment", name, content)

@@ -47,6 +47,7 @@ pub use self::ktx2::Ktx2;
 pub use self::npy::Npy;
 pub use self::output::{Abandoned, Output, Written, abandon};
 pub use self::png::Png;
+pub(crate) use self::png::torn_palette;
 pub use self::sh::sh_json;
 pub use self::source::{C, C_HEADER, JAVASCRIPT, Language, PYTHON, RUST, TYPESCRIPT};
 

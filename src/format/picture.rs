@@ -17,7 +17,8 @@ use image_dds::ddsfile::{Caps2, D3DFormat, Dds, DxgiFormat, MiscFlag};
 use image_dds::{ImageFormat, Surface};
 
 use super::{
-    DEFLATE_RATIO, Encoding, Format, Hdr, Ktx1, Npy, Pictures, Repr, ZSTD_RATIO, decode, exp2i, plausible, unzstd,
+    DEFLATE_RATIO, Encoding, Format, Hdr, Ktx1, Npy, Pictures, Repr, ZSTD_RATIO, decode, exp2i, plausible,
+    torn_palette, unzstd,
 };
 use crate::bake::MAX_SIZE;
 use crate::error::{Error, Result};
@@ -549,6 +550,9 @@ fn png(path: &Path, bytes: &[u8]) -> Result<Picture> {
     let mut decoder = Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(Transformations::EXPAND);
     let mut file = decoder.read_info().map_err(unsound)?;
+    if let Some(what) = torn_palette(file.info()) {
+        return Err(Error::input(path, what, ""));
+    }
     let (width, height) = (file.info().width, file.info().height);
     accept(path, width, height)?;
     let (color, depth) = file.output_color_type();

@@ -153,3 +153,9 @@ fn swap_16(texels: &mut [u8], encoding: Encoding) {
         texels.as_chunks_mut::<2>().0.iter_mut().for_each(|pair| pair.swap(0, 1));
     }
 }
+/// What is wrong with a picture's palette, if anything is. The decoder takes for granted that the colours in it are whole, and
+/// panics otherwise (png 0.18.1).
+pub fn torn_palette(info: &::png::Info<'_>) -> Option<String> {
+    let bytes = info.palette.as_ref().map_or(0, |palette| palette.len());
+    (!bytes.is_multiple_of(3)).then(|| format!("its palette of {bytes} bytes ends in the middle of a colour"))
+}

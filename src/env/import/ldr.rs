@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! PNG and JPEG: 8 or 16 bits a channel, as sRGB unless told otherwise. Alpha does not count.
 
-use std::io::{BufReader, Cursor, Read};
+use std::io::{BufReader, Cursor, Read, Seek};
 
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
 use image::{DynamicImage, ImageDecoder, ImageError};
+use png::DecodingError;
 use rayon::prelude::*;
 
 use super::watched::Watched;
 use super::{Job, Plane};
 use crate::error::{Error, Result, nearest};
-use crate::format::DEFLATE_RATIO;
+use crate::format::{DEFLATE_RATIO, torn_palette};
 
 /// What the integers of a picture mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +59,14 @@ impl Color {
 
 pub fn read_png(job: &Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
     let length = file.length();
-    let decoder = PngDecoder::new(BufReader::with_capacity(1 << 16, file)).map_err(|e| refuse(job, "PNG", e))?;
+    let mut file = BufReader::with_capacity(1 << 16, file);
+    match png::Decoder::new(&mut file).read_info().map(|picture| torn_palette(picture.info())) {
+        Ok(Some(what)) => return Err(job.damaged("PNG", what)),
+        Err(DecodingError::IoError(e)) => return Err(refuse(job, "PNG", ImageError::IoError(e))),
+        // What else is wrong the next decoder finds, too.
+        Ok(None) | Err(_) => file.rewind().map_err(|e| Error::io("read", job.path, e))?,
+    }
+    let decoder = PngDecoder::new(file).map_err(|e| refuse(job, "PNG", e))?;
     read(job, "PNG", decoder, length)
 }
 
