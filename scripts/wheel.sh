@@ -7,13 +7,8 @@ cd "$(dirname "$0")/.."
 venv=$PWD/target/wheel/venv
 
 . scripts/need.sh
-need python3-venv python3 -c 'import ensurepip, venv'
-if ! cmp -s tests/wheel/requirements.txt "$venv/requirements.txt"; then
-    rm -rf "$venv"
-    python3 -m venv "$venv"
-    "$venv/bin/pip" install -q --disable-pip-version-check -r tests/wheel/requirements.txt
-    cp tests/wheel/requirements.txt "$venv/"
-fi
+. scripts/venv.sh
+venv "$venv" "tests/wheel/requirements.txt"
 
 # A folder that other versions' wheels do not lie in.
 rm -rf target/wheels

@@ -36,15 +36,15 @@ pub(super) const TRUTH: f64 = 1e-4;
 /// Most light that a sheen of the registries sends back per light that comes: geometry terms that make light.
 const MOST: f32 = 65504.0;
 
-pub(super) static CHANNELS: [Channel; 3] = [
+static CHANNELS: [Channel; 3] = [
     Channel { name: "a", meaning: "inverse matrix, first and second entry of the diagonal", range: [0.0, 100.0] },
     Channel { name: "b", meaning: "inverse matrix, row 0, column 2", range: [-100.0, 100.0] },
     Channel { name: "reflectance", meaning: "directional albedo", range: [0.0, MOST] },
 ];
 
-pub(super) const USAGE: &str =
+const USAGE: &str =
     "f (n.l) = reflectance * a * a * l.z / (pi * q * q), w = (a * l.x + b * l.z, a * l.y, l.z), q = dot(w, w)";
-pub(super) const SOURCE: &str =
+const SOURCE: &str =
     "Zeltner, Burley, Chiang 2022, Practical Multiple-Scattering Sheen Using Linearly Transformed Cosines";
 /// Of the albedo of fibres.
 const FIBRES: Tolerance =
@@ -54,7 +54,8 @@ fn rule_name() -> String {
     format!("Newton's method on the squared difference over {} x {} nodes a panel", FIT.polar, FIT.azimuth)
 }
 
-static FACTS: Facts = Facts {
+/// What the tables of sheen have in common but for name and rule.
+pub(super) static FACTS: Facts = Facts {
     name: "ltc-sheen",
     about: "sheen as a linearly transformed cosine, of Charlie or another distribution: two entries and the albedo",
     source: SOURCE,
@@ -72,16 +73,8 @@ static FACTS: Facts = Facts {
 static FIBRES_FACTS: Facts = Facts {
     name: "ltc-sheen-fibres",
     about: "sheen as a linearly transformed cosine, of the approximate layer of fibres of its authors",
-    source: SOURCE,
-    usage: USAGE,
-    channels: |_| &CHANNELS,
-    complement: None,
-    default_channels: |_| &["a", "b", "reflectance"],
-    fresnel: Fresnel::SCHLICK,
-    axes: &[Coordinate::NDotV, Coordinate::Roughness],
-    slices: &[],
     rule: |_| format!("{}; reflectance over {} x {}", rule_name(), ALBEDO.polar, ALBEDO.azimuth),
-    tolerance: FITTED,
+    ..FACTS
 };
 
 /// The channel of the fit's error.

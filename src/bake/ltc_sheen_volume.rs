@@ -14,16 +14,14 @@ use std::rc::Rc;
 use rayon::prelude::*;
 
 use super::ltc::FITTED;
-use super::ltc_sheen::{CHANNELS, SOURCE, TRUTH, USAGE, USUAL, check_own, error, error_channel, place, values};
+use super::ltc_sheen::{FACTS, TRUTH, USUAL, check_own, error, error_channel, place, values};
 use super::{At, Backend, Derived, Facts, MAX_CHANNELS, Model, Table, Tolerance, Usual, Values};
-use crate::axis::Coordinate;
 use crate::error::Result;
 use crate::progress::{OnProgress, watched};
 use crate::quadrature::adaptive::Estimate;
 use crate::rule::fibre_layer::sigma_of;
 use crate::rule::fibre_walk::{Detail, FibreAlbedo, FibreLobes, PUBLISHED, Scatterings};
 use crate::rule::lobe_nodes::LobeNodes;
-use crate::term::fresnel::Fresnel;
 
 /// A table of the walk.
 pub struct LtcSheenVolume {
@@ -82,16 +80,8 @@ fn rule_name(orders: &str, Details { lobe, .. }: &Details) -> String {
 static VOLUME_FACTS: Facts = Facts {
     name: "ltc-sheen-volume",
     about: "sheen as a linearly transformed cosine, of a random walk through fibres as published: Cycles' and pbrt's",
-    source: SOURCE,
-    usage: USAGE,
-    channels: |_| &CHANNELS,
-    complement: None,
-    default_channels: |_| &["a", "b", "reflectance"],
-    fresnel: Fresnel::SCHLICK,
-    axes: &[Coordinate::NDotV, Coordinate::Roughness],
-    slices: &[],
     rule: |_| rule_name("16 orders of scattering", &RULE),
-    tolerance: FITTED,
+    ..FACTS
 };
 
 static ENDLESS_FACTS: Facts = Facts {

@@ -9,13 +9,8 @@ work=$PWD/target/farm
 mkdir -p "$work"
 
 . scripts/need.sh
-need python3-venv python3 -c 'import ensurepip, venv'
-if ! cmp -s tests/farm/requirements.txt "$work/venv/requirements.txt"; then
-    rm -rf "$work/venv"
-    python3 -m venv "$work/venv"
-    "$work/venv/bin/pip" install -q --disable-pip-version-check -r tests/farm/requirements.txt
-    cp tests/farm/requirements.txt "$work/venv/"
-fi
+. scripts/venv.sh
+venv "$work/venv" "tests/farm/requirements.txt"
 
 # With what `make` builds with, so that nothing is built twice.
 # shellcheck disable=SC2046 # flags are words

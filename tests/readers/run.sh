@@ -12,16 +12,11 @@ samples=$work/samples
 mkdir -p "$work"
 
 . scripts/need.sh
-need python3-venv python3 -c 'import ensurepip, venv'
+. scripts/venv.sh
 need nodejs node --version
 need npm npm --version
 
-if ! cmp -s "$readers/requirements.txt" "$work/venv/requirements.txt"; then
-    rm -rf "$work/venv"
-    python3 -m venv "$work/venv"
-    "$work/venv/bin/pip" install -q --disable-pip-version-check -r "$readers/requirements.txt"
-    cp "$readers/requirements.txt" "$work/venv/"
-fi
+venv "$work/venv" "$readers/requirements.txt"
 if ! cmp -s "$readers/package.json" "$work/package.json" || [ ! -d "$work/node_modules/typescript" ]; then
     cp "$readers/package.json" "$work/"
     (cd "$work" && npm install --silent --no-audit --no-fund)
