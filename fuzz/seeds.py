@@ -159,11 +159,16 @@ def png(width, height, depth, color, data=b""):
 put("environment", "huge.png", png(16384, 8192, 16, 6))
 put("png", "huge.png", png(2**31 - 1, 2**31 - 1, 16, 6))
 put("picture", "huge.png", png(8192, 8192, 16, 6))
-sof = b"\xff\xc0" + struct.pack(">H", 17) + b"\x08" + struct.pack(">2H", 8192, 16384) + bytes.fromhex("03011100021100031100")
 jpeg = corpus / "environment" / "baseline.jpg"
 content = jpeg.read_bytes()
 at = content.index(b"\xff\xc0")
 put("environment", "huge.jpg", content[: at + 5] + struct.pack(">2H", 8192, 16384) + content[at + 9 :])
+# Colour that is sampled finer than brightness.
+progressive = (corpus / "environment" / "progressive.jpg").read_bytes()
+at = progressive.index(b"\xff\xc2") + 10
+frame = bytearray(progressive[at : at + 9])
+frame[1::3] = b"\x11\x22\x11"
+put("environment", "fine_colour.jpg", progressive[:at] + bytes(frame) + progressive[at + 9 :])
 for name, scheme in [("plain", 0), ("zstd", 2), ("zlib", 3)]:
     put("environment", f"huge_{name}.ktx2", ktx2(109, 4096, 6, b"", scheme, 6 * 4096 * 4096 * 16))
     put("picture", f"huge_{name}.ktx2", ktx2(109, 8192, 1, b"", scheme, 8192 * 8192 * 16))

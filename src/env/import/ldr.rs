@@ -9,7 +9,7 @@ use png::DecodingError;
 use rayon::prelude::*;
 
 use super::watched::Watched;
-use super::{Job, Plane};
+use super::{Job, Plane, jpeg_head};
 use crate::error::{Error, Result, nearest};
 use crate::format::{DEFLATE_RATIO, torn_palette};
 
@@ -79,6 +79,10 @@ pub fn read_jpeg(job: &Job<'_>, mut file: Watched<'_, '_>) -> Result<Plane> {
     let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
     if last(0xda).is_none_or(|scan| last(0xd9).is_none_or(|end| end < scan)) {
         return Err(job.damaged("JPEG", "its end is missing"));
+    }
+    if let Some(why) = jpeg_head::refusal(&bytes) {
+        let help = "save it again with a common sampling, e.g. `magick in.jpg -sampling-factor 4:2:0 out.jpg`";
+        return Err(Error::input(job.path, format!("this JPEG is not read here: {why}"), help));
     }
     let length = bytes.len() as u64;
     let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|e| refuse(job, "JPEG", e))?;

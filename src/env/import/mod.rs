@@ -16,6 +16,7 @@ mod describe;
 mod exr;
 mod faces;
 mod hdr;
+mod jpeg_head;
 mod ktx2;
 mod layout;
 mod ldr;
