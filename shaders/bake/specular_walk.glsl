@@ -6,7 +6,8 @@
 // 65,535 iterations of all loops together, so both count against one limit.
 //
 // CUT is 1 where leaves of an equirectangular picture may have to be cut into parts of their texels, 2 where those of a
-// cube may, else 0.
+// cube may, else 0. SHARED is 1 where blocks may leave what is far to groups of them, so that each walks only ranges of the
+// tree: src/bake/groups.rs.
 
 #include <zonal>
 #if CUT == 2
@@ -15,16 +16,21 @@
 
 layout(local_size_x = 32) in;
 
-// c and extent | e and skip | d and rows | q and columns: Node in src/env/tree.rs.
-layout(std430, set = 0, binding = 0) readonly buffer Nodes { uvec4 nodes[]; };
 // The source without its base, rgb.
-layout(std430, set = 0, binding = 1) readonly buffer Texels { float texels[]; };
+layout(std430, set = 0, binding = 0) readonly buffer Texels { float texels[]; };
 // Cosine and sine of theta at the middle of every row, then of phi at the middle of every column.
-layout(std430, set = 0, binding = 2) readonly buffer Lines { vec2 lines[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Lines { vec2 lines[]; };
 // Where every texel of every mip looks, in the order of the result.
-layout(std430, set = 0, binding = 3) readonly buffer Axes { float axes[]; };
-layout(std430, set = 0, binding = 4) buffer Result { float result[]; };
-layout(std430, set = 0, binding = 5) buffer Status { uint overrun; };
+layout(std430, set = 0, binding = 2) readonly buffer Axes { float axes[]; };
+layout(std430, set = 0, binding = 3) buffer Result { float result[]; };
+layout(std430, set = 0, binding = 4) buffer Status { uint overrun; };
+// c and extent | e and skip | d and rows | q and columns: Node in src/env/tree/mod.rs. A texel buffer, because software
+// Vulkan reads a storage buffer lane by lane in a loop, which took half of the walk.
+layout(set = 0, binding = 5) uniform usamplerBuffer nodes;
+#if SHARED
+// Lists, one a group: first range and end of those for its blocks, then of those for itself. Ranges: first node and end.
+layout(set = 0, binding = 6) uniform usamplerBuffer ranges;
+#endif
 
 layout(push_constant) uniform Job {
     uint width;         // texels along the sides of a face
@@ -48,7 +54,14 @@ layout(push_constant) uniform Job {
     float base_red;
     float base_green;
     float base_blue;
+    uint lists;         // this mip's first list of ranges
+    uint groups_across; // in a row of a face; 0 where all blocks have one list
+    uint of_groups;     // 1 where the blocks are the points of groups
 } job;
+
+uvec4 node(uint index, int quarter) {
+    return texelFetch(nodes, int(4u * index) + quarter);
+}
 
 const uint TEXELS = 16u;
 // A bright leaf is cut only if it has no more texels than this: near the poles there are many in one.
@@ -123,10 +136,32 @@ void main() {
     bool cutting = false;
     uvec2 corner = uvec2(0u), unit = uvec2(1u), parts = uvec2(1u), count = uvec2(0u), part = uvec2(0u);
 #endif
+#if SHARED
+    // This block's ranges; each is looked up again before a node is searched for, which is once for 16 texels.
+    uint list = job.lists;
+    if (job.groups_across != 0u) {
+        uint blocks = 4u;
+        list += job.of_groups == 1u ? block.x
+            : (block.z * (job.height / 16u) + block.y / blocks) * job.groups_across + block.x / blocks;
+    }
+    uvec4 of_list = texelFetch(ranges, int(list));
+    uint range = job.of_groups == 1u ? of_list.z : of_list.x;
+    uint last_range = job.of_groups == 1u ? of_list.w : of_list.y;
+    uint all_count = node_count;
+#endif
     uint i = job.node_begin;
     uint step = 0u;
+    uint finished = 0u;
+#if SHARED
+    finished = range < last_range ? 0u : 1u;
+#endif
 #if CUT
     while ((i < node_count || cutting) && step < limit) {
+#elif SHARED
+    while (range < last_range && step < limit) {
+        uvec2 from_to = texelFetch(ranges, int(range)).xy;
+        i = max(i, from_to.x);
+        node_count = min(from_to.y, all_count);
 #else
     while (i < node_count && step < limit) {
 #endif
@@ -137,10 +172,10 @@ void main() {
 #if CUT
         bool search = !cutting;
 #else
-        bool search = true;
+        bool search = i < node_count;
 #endif
         while (search) {
-            uvec4 w = nodes[4u * i];
+            uvec4 w = node(i, 0);
             uint skip = w.w & 0x3fffffu;
             key = uintBitsToFloat(0x30000000u | ((w.w >> 22) << 18));
             c = uintBitsToFloat(w.xyz);
@@ -159,7 +194,7 @@ void main() {
         vec3 e = vec3(0.0), d_red = vec3(0.0), d_green = vec3(0.0);
         vec3 q_same = vec3(0.0), q_mixed = vec3(0.0);
         if (at < node_count) {
-            uvec4 w1 = nodes[4u * at + 1u], w2 = nodes[4u * at + 2u], w3 = nodes[4u * at + 3u];
+            uvec4 w1 = node(at, 1), w2 = node(at, 2), w3 = node(at, 3);
             float extent = uintBitsToFloat(w1.w);
             float scale = 2.0 * extent;
             e = uintBitsToFloat(w1.xyz);
@@ -254,6 +289,14 @@ void main() {
             cutting = part.y < count.y;
         }
 #endif
+#if CUT
+        finished = i < node_count || cutting ? 0u : 1u;
+#elif SHARED
+        range += i < node_count ? 0u : 1u;
+        finished = range < last_range ? 0u : 1u;
+#else
+        finished = i < node_count ? 0u : 1u;
+#endif
         // One for this loop, one for the test that ended the search.
         step += 2u;
 
@@ -292,12 +335,9 @@ void main() {
         EACH_TEXEL(ADD)
     }
     // Not at the end: by our limit, or because the driver stopped the loops. It counts those of all lanes that it runs side
-    // by side, so that it may stop long before one of them has counted this far.
-#if CUT
-    if (i < node_count || cutting) atomicMax(overrun, 1u);
-#else
-    if (i < node_count) atomicMax(overrun, 1u);
-#endif
+    // by side, so that it may stop long before one of them has counted this far; and what a loop hands on where it ends is then
+    // as old as its beginning, so that only a variable that starts as "no" tells.
+    if (finished == 0u) atomicMax(overrun, 1u);
 
     // Texels that stand in for others hold the same sums, so what they read must not be what they wrote.
     vec3 before[TEXELS];

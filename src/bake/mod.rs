@@ -11,6 +11,7 @@ mod expanded;
 mod glass;
 mod glass_average;
 pub mod grid;
+pub mod groups;
 mod kulla_conty;
 pub mod layers;
 pub mod ltc;

@@ -44,6 +44,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::groups::{Groups, POINTS};
 use super::quality::{self, Quality};
 use super::slices::next_slice;
 use super::{Backend, RoughnessLaw};
@@ -52,7 +53,7 @@ use crate::env::projection::Projection;
 use crate::env::tree::{FINE, Moments, Node, Params, Tree, face_and_corner};
 use crate::env::{CubeMap, Environment, Equirect, Frame, Picture, area, resample};
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, MAX_GROUPS};
+use crate::gpu::{Bindings, Gpu, MAX_GROUPS};
 use crate::ndf::alpha_of;
 use crate::progress::{OnProgress, tick};
 use crate::shaders;
@@ -96,6 +97,9 @@ pub struct Precision {
     /// Iterations of all loops together after which an invocation gives up with an error: one a node that is looked at, two
     /// a node that is added. Software Vulkan counts to 65,535.
     pub limit: u32,
+    /// What is more than this many half diagonals away from a group of texels is far and shared by them, where the kernel's tail
+    /// lets it: [`super::groups`]. Infinite where nothing is shared.
+    pub far: f64,
 }
 
 impl Default for Precision {
@@ -458,14 +462,30 @@ impl SpecularJob {
         Error::Gpu { op: format!("filter the environment with {}", self.kernel.name), detail }
     }
 
+    /// The groups that a mip's blocks share what is far with; `cuts` where leaves are cut.
+    fn groups(&self, m: u32, prepared: &Prepared<'_>, cuts: bool) -> Option<Groups> {
+        let far = self.precision.far;
+        let shares = far.is_finite() && self.kernel.has_tail && !cuts && self.block_size(m) == BLOCK;
+        shares.then(|| Groups::of(self, m, prepared, far)).flatten()
+    }
+
+    /// Is any leaf cut?
+    fn cuts(&self, prepared: &Prepared<'_>) -> bool {
+        let least = self.lobe(self.filtered().start).least_threshold();
+        prepared.cuts && prepared.tree.needs_texels(least, self.kernel.sharp_horizon)
+    }
+
     fn on_cpu(&self, prepared: &Prepared<'_>, on: &mut OnProgress<'_>) -> Result<Vec<Vec<f32>>> {
         /// Blocks between two looks at the progress listener.
         const SLICE: u32 = 64;
         let total: u32 = self.filtered().map(|m| self.blocks(m)).sum();
         let mut done = 0;
         let mut levels = vec![];
+        let cuts = self.cuts(prepared);
+        let all = [0..prepared.tree.nodes.len()];
         for m in self.filtered() {
             let ((width, height), lobe, stage) = (self.level_size(m), self.lobe(m), self.stage(m));
+            let groups = self.groups(m, prepared, cuts);
             let mut level = vec![f32::NAN; 3 * self.texels(m) as usize];
             for first in (0..self.blocks(m)).step_by(SLICE as usize) {
                 tick(on, &stage, f64::from(done) / f64::from(total))?;
@@ -476,7 +496,10 @@ impl SpecularJob {
                         let texels = self.block(m, index);
                         let axis = |[face, x, y]: &[u32; 3]| prepared.frame.to_picture(self.axis(m, *face, *x, *y));
                         let axes: Vec<_> = texels.iter().map(axis).collect();
-                        lobe.walk(prepared, &axes).map(|walked| (texels, walked))
+                        let [face, x, y] = texels[0];
+                        let near =
+                            groups.as_ref().map(|groups| &groups.of_block([face, x / BLOCK, y / BLOCK]).near[..]);
+                        lobe.walk(prepared, &axes, near.unwrap_or(&all)).map(|walked| (texels, walked))
                     })
                     .collect();
                 for block in found {
@@ -487,6 +510,19 @@ impl SpecularJob {
                     }
                 }
                 done += end - first;
+            }
+            if let Some(groups) = groups {
+                let axes = |group: usize| groups.block(group).map(|at| groups.axes[at]).collect::<Vec<_>>();
+                let walk = |group: usize| lobe.walk(prepared, &axes(group), &groups.each[group].distant);
+                let found: Vec<_> = (0..groups.each.len()).into_par_iter().map(walk).collect();
+                let mut far = vec![0.0; 3 * groups.axes.len()];
+                for (group, walked) in found.into_iter().enumerate() {
+                    let values = walked.ok_or_else(|| self.overrun(m))?.values;
+                    for (at, value) in groups.block(group).zip(values) {
+                        (0..3).for_each(|k| far[3 * at + k] = (value[k] - f64::from(prepared.tree.base[k])) as f32);
+                    }
+                }
+                groups.add(&far, &mut level);
             }
             levels.push(level);
         }
@@ -532,35 +568,75 @@ impl SpecularJob {
         on: &mut OnProgress<'_>,
     ) -> Result<Vec<Vec<f32>>> {
         let Prepared { picture, tree, .. } = prepared;
-        // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all.
-        let least = self.lobe(self.filtered().start).least_threshold();
-        let cuts = prepared.cuts && tree.needs_texels(least, self.kernel.sharp_horizon);
+        // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all, or shared.
+        let cuts = self.cuts(prepared);
+        let groups: Vec<Option<Groups>> = self.filtered().map(|m| self.groups(m, prepared, cuts)).collect();
         let variant = match picture {
+            _ if groups.iter().any(Option::is_some) => "_shared",
             _ if !cuts => "",
             Picture::Equirect(_) => "_cut",
             Picture::Cube(_) => "_cut_faces",
         };
         let name = format!("bake/specular{variant}+{}", self.kernel.file());
-        let kernel = gpu.kept_kernel(&name, &shaders::spirv(&name), 6, size_of::<Push>() as u32)?;
+        // The tree's nodes, and ranges of them, are texel buffers.
+        let bindings = Bindings { storage: 5, texel: 2 };
+        let kernel = gpu.kept_kernel(&name, &shaders::spirv(&name), bindings, size_of::<Push>() as u32)?;
+
+        // What is walked, one after the other: of each mip its blocks, then its groups.
+        let mut axes = self.axes(&prepared.frame);
+        let (mut runs, mut offset) = (vec![], 0);
+        for m in self.filtered() {
+            runs.push(Run { m, blocks: self.blocks(m), push: self.push(m, offset, prepared) });
+            offset += self.texels(m);
+        }
+        let of_groups: Vec<_> = self.filtered().zip(&groups).filter_map(|(m, g)| g.as_ref().map(|g| (m, g))).collect();
+        // Lists of ranges: that of all nodes, then those of the groups.
+        let mut lists = vec![[0, 1, 0, 0]];
+        let mut ranges = vec![[0, tree.nodes.len() as u32, 0, 0]];
+        for (m, groups) in &of_groups {
+            let (first_list, groups_across) = (lists.len() as u32, groups.across);
+            for group in &groups.each {
+                let mut list = |of: &[Range<usize>]| {
+                    let first = ranges.len() as u32;
+                    ranges.extend(of.iter().map(|r| [r.start as u32, r.end as u32, 0, 0]));
+                    [first, ranges.len() as u32]
+                };
+                let ([near, near_end], [far, far_end]) = (list(&group.near), list(&group.distant));
+                lists.push([near, near_end, far, far_end]);
+            }
+            let (blocks, push) = (groups.each.len() as u32, self.push(*m, axes.len() as u32, prepared));
+            let push = Push { width: POINTS * blocks, height: POINTS, base: [0.0; 3], of_groups: 1, ..push };
+            runs.push(Run { m: *m, blocks, push });
+            for Run { push, .. } in runs.iter_mut().filter(|run| run.m == *m) {
+                *push = Push { lists: first_list, groups_across, ..*push };
+            }
+            axes.extend(groups.axes.iter().map(|n| n.map(|v| v as f32)));
+        }
+        // Ranges follow the lists in one buffer.
+        let before = lists.len() as u32;
+        lists.iter_mut().flatten().for_each(|at| *at += before);
+        let count = axes.len() as u64;
+        lists.extend(ranges);
+
         let texels = if cuts { residual(picture, tree.base) } else { vec![0.0] };
         let texels = gpu.upload("texels", &texels)?;
         let lines = gpu.upload("lines", &lines(picture))?;
         let mut status = gpu.upload("status", &[0u32])?;
-        let axes = gpu.upload("axes", &self.axes(&prepared.frame))?;
-        let count: u32 = self.filtered().map(|m| self.texels(m)).sum();
-        let result = gpu.buffer("result", u64::from(count) * 12)?;
-        let buffer_nodes = BUFFER_BYTES / size_of::<Node>();
+        let axes = gpu.upload("axes", &axes)?;
+        let lists = gpu.upload_texels("ranges", &lists)?;
+        let result = gpu.buffer("result", count * 12)?;
+        let texels_of_node = size_of::<Node>() as u64 / 16;
+        let buffer_nodes = (BUFFER_BYTES / size_of::<Node>()).min((gpu.info().max_texels / texels_of_node) as usize);
         let mut buffers = vec![];
         for range in tree.pieces(0..tree.nodes.len(), buffer_nodes) {
-            let nodes = gpu.upload("nodes", &tree.nodes[range.clone()])?;
+            let nodes = gpu.upload_texels("nodes", &tree.nodes[range.clone()])?;
             buffers.push((range, nodes));
         }
 
-        let total: u32 = self.filtered().map(|m| self.blocks(m)).sum();
-        let (mut done, mut offset) = (0, 0);
+        let total: u32 = runs.iter().map(|run| run.blocks).sum();
+        let mut done = 0;
         let mut next = slice.unwrap_or(1);
-        for m in self.filtered() {
-            let push = self.push(m, offset, prepared);
+        for Run { m, blocks, push } in runs {
             // Parts of the tree, walked one after the other: as many as it takes that none needs too many steps.
             let mut most = tree.nodes.len().min(buffer_nodes);
             'again: loop {
@@ -574,16 +650,16 @@ impl SpecularJob {
                     let (node_begin, node_count) =
                         ((piece.start - range.start) as u32, (piece.end - range.start) as u32);
                     let mut first = 0;
-                    while first < self.blocks(m) {
+                    while first < blocks {
                         tick(on, &self.stage(m), f64::from(done + first) / f64::from(total))?;
-                        let count = next.min(self.blocks(m) - first).min(MAX_GROUPS * WORKGROUP);
+                        let count = next.min(blocks - first).min(MAX_GROUPS * WORKGROUP);
                         let start = Instant::now();
                         let end = first + count;
                         let push = Push { first, end, node_begin, node_count, adds: u32::from(part > 0), ..push };
-                        let bound = [nodes, &texels, &lines, &axes, &result, &status];
+                        let bound = [&texels, &lines, &axes, &result, &status, nodes, &lists];
                         gpu.dispatch(&kernel, &bound, &push, [count.div_ceil(WORKGROUP), 1, 1])?;
                         next = slice.unwrap_or_else(|| next_slice(count, start.elapsed(), WORKGROUP));
-                        let last = end == self.blocks(m);
+                        let last = end == blocks;
                         if (first == 0 || last) && gpu.read::<u32>(&status)?[0] != 0 {
                             gpu.write(&mut status, &[0u32])?;
                             if parts.len() >= MOST_PARTS || most < 8 {
@@ -597,18 +673,19 @@ impl SpecularJob {
                 }
                 break;
             }
-            done += self.blocks(m);
-            offset += self.texels(m);
+            done += blocks;
         }
         tick(on, "filtered", 1.0)?;
         let all = gpu.read::<f32>(&result)?;
         let mut rest = all.as_slice();
-        let levels = self.filtered().map(|m| {
-            let (level, more) = rest.split_at(3 * self.texels(m) as usize);
-            rest = more;
-            level.to_vec()
-        });
-        Ok(levels.collect())
+        let mut next = |texels: usize| rest.split_off(..3 * texels).expect("the result has them all");
+        let mut levels: Vec<Vec<f32>> = self.filtered().map(|m| next(self.texels(m) as usize).to_vec()).collect();
+        for (level, groups) in levels.iter_mut().zip(&groups) {
+            if let Some(groups) = groups {
+                groups.add(next(groups.axes.len()), level);
+            }
+        }
+        Ok(levels)
     }
 
     fn push(&self, m: u32, offset: u32, prepared: &Prepared<'_>) -> Push {
@@ -640,6 +717,9 @@ impl SpecularJob {
             blue_red: blue_red as f32,
             blue_green: blue_green as f32,
             base: tree.base,
+            lists: 0,
+            groups_across: 0,
+            of_groups: 0,
         }
     }
 
@@ -732,6 +812,16 @@ struct Push {
     blue_red: f32,
     blue_green: f32,
     base: [f32; 3],
+    lists: u32,
+    groups_across: u32,
+    of_groups: u32,
+}
+
+/// Blocks of a mip, or its groups.
+struct Run {
+    m: u32,
+    blocks: u32,
+    push: Push,
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -766,52 +856,58 @@ impl Lobe {
         self.precision.eps * (self.kernel.least_room)(self.alpha)
     }
 
-    /// Walks the tree for the axes of a block, in the picture's frame: the rule in f64, over the nodes that the shader reads. `None` when it
-    /// takes more steps than allowed.
-    pub fn walk(&self, prepared: &Prepared<'_>, axes: &[[f64; 3]]) -> Option<Walked> {
+    /// A node whose key is above this is too large; see [`Zonal::room`].
+    pub(super) fn threshold(&self, away2: f64, reach: f64, key: f64) -> f64 {
+        self.precision.eps * (self.kernel.room)(away2, reach, key, self.alpha)
+    }
+
+    /// Walks ranges of the tree's nodes, whole subtrees, for the axes of a block in the picture's frame: the rule in f64, over the
+    /// nodes that the shader reads. `None` when it takes more steps than allowed.
+    pub fn walk(&self, prepared: &Prepared<'_>, axes: &[[f64; 3]], ranges: &[Range<usize>]) -> Option<Walked> {
         let Prepared { picture, tree, .. } = prepared;
-        let p = &self.precision;
         let middle = axes.iter().fold([0.0; 3], |a, n| [a[0] + n[0], a[1] + n[1], a[2] + n[2]]);
         let middle = normalized(middle);
         let reach = axes.iter().map(|n| dot(minus(*n, middle), minus(*n, middle))).fold(0.0, f64::max).sqrt();
-        let most_steps = p.limit * MOST_PARTS as u32;
+        let most_steps = self.precision.limit * MOST_PARTS as u32;
         let mut walked = Walked { values: vec![[0.0; 3]; axes.len()], steps: 0, added: 0 };
-        let mut i = 0;
-        while i < tree.nodes.len() {
-            walked.steps += 1;
-            if walked.steps > most_steps {
-                return None;
-            }
-            let node = &tree.nodes[i];
-            let Some(key) = node.key().map(f64::from) else {
-                i += node.skip() as usize;
-                continue;
-            };
-            let away = minus(middle, node.c.map(f64::from));
-            let away2 = dot(away, away);
-            if 1.0 - 0.5 * away2 + reach + 2.0 * key < 0.0 {
-                i += node.skip() as usize;
-                continue;
-            }
-            let threshold = p.eps * (self.kernel.room)(away2, reach, key, self.alpha);
-            if key > threshold && node.skip() > 1 {
-                i += 1;
-                continue;
-            }
-            if prepared.cuts && node.is_cut(threshold, self.kernel.sharp_horizon) {
-                // At a sharp horizon the parts of a bright texel are small for their brightness too.
-                let brightness = node.key().map_or(1.0, |key| f64::from(key / node.extent));
-                let finer = self.kernel.sharp_horizon && units(node) <= FINE * FINE;
-                let side = 2f64.sqrt() * threshold / if finer { brightness.max(1.0) } else { 1.0 };
-                match picture {
-                    Picture::Equirect(p) => self.cut(p, tree, node, side, axes, &mut walked),
-                    Picture::Cube(p) => self.cut_faces(p, tree, node, side, axes, &mut walked),
+        for range in ranges {
+            let mut i = range.start;
+            while i < range.end {
+                walked.steps += 1;
+                if walked.steps > most_steps {
+                    return None;
                 }
-            } else {
-                self.add(&tree.moments(i), axes, &mut walked);
-                walked.steps += 2;
+                let node = &tree.nodes[i];
+                let Some(key) = node.key().map(f64::from) else {
+                    i += node.skip() as usize;
+                    continue;
+                };
+                let away = minus(middle, node.c.map(f64::from));
+                let away2 = dot(away, away);
+                if 1.0 - 0.5 * away2 + reach + 2.0 * key < 0.0 {
+                    i += node.skip() as usize;
+                    continue;
+                }
+                let threshold = self.threshold(away2, reach, key);
+                if key > threshold && node.skip() > 1 {
+                    i += 1;
+                    continue;
+                }
+                if prepared.cuts && node.is_cut(threshold, self.kernel.sharp_horizon) {
+                    // At a sharp horizon the parts of a bright texel are small for their brightness too.
+                    let brightness = node.key().map_or(1.0, |key| f64::from(key / node.extent));
+                    let finer = self.kernel.sharp_horizon && units(node) <= FINE * FINE;
+                    let side = 2f64.sqrt() * threshold / if finer { brightness.max(1.0) } else { 1.0 };
+                    match picture {
+                        Picture::Equirect(p) => self.cut(p, tree, node, side, axes, &mut walked),
+                        Picture::Cube(p) => self.cut_faces(p, tree, node, side, axes, &mut walked),
+                    }
+                } else {
+                    self.add(&tree.moments(i), axes, &mut walked);
+                    walked.steps += 2;
+                }
+                i += node.skip() as usize;
             }
-            i += node.skip() as usize;
         }
         for value in &mut walked.values {
             (0..3).for_each(|k| value[k] = value[k] * self.inverse_norm + f64::from(tree.base[k]));
@@ -937,7 +1033,8 @@ mod tests {
         let job = SpecularRequest { size: Some(32), ..Default::default() }.resolve().expect("valid");
         let whole = job.prepare(&source, None, &mut ignore).expect("nobody cancels");
         let walk = |prepared: &Prepared<'_>| {
-            let walked = job.lobe(1).walk(prepared, &[normalized([0.3, 0.5, -0.8])]).expect("few steps");
+            let axes = [normalized([0.3, 0.5, -0.8])];
+            let walked = job.lobe(1).walk(prepared, &axes, &[0..prepared.tree.nodes.len()]).expect("few steps");
             [0, 1, 2].map(|k| walked.values[0][k] - f64::from(whole.tree.base[k]))
         };
         let expected = walk(&whole);

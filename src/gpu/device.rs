@@ -60,6 +60,8 @@ pub struct DeviceInfo {
     pub api: String,
     /// Largest storage buffer range in bytes.
     pub max_buffer_bytes: u64,
+    /// Most texels of 16 bytes in a texel buffer.
+    pub max_texels: u64,
     /// Kernels may compute in double precision.
     pub float64: bool,
     raw: vk::PhysicalDevice,
@@ -230,6 +232,7 @@ impl Instance {
             ),
             max_buffer_bytes: u64::from(limits.max_storage_buffer_range)
                 .min(self.faults.max_buffer.unwrap_or(u64::MAX)),
+            max_texels: limits.max_texel_buffer_elements.into(),
             float64: features.shader_float64 == vk::TRUE,
             raw,
             queue_family: queue_family as u32,

@@ -17,10 +17,37 @@ const MAX_PUSH_BYTES: u32 = 128;
 /// Vulkan guarantees this many workgroups a dimension on every device.
 pub const MAX_GROUPS: u32 = 65_535;
 
+/// What a kernel reads and writes, in set 0: storage buffers at bindings 0, 1, …, then texel buffers, which it only reads,
+/// as four words at a time. Mesa's software Vulkan reads those several times faster where neighbours read unlike places.
+#[derive(Clone, Copy, Debug)]
+pub struct Bindings {
+    /// How many storage buffers.
+    pub storage: u32,
+    /// How many texel buffers ([`super::Gpu::upload_texels`]).
+    pub texel: u32,
+}
+
+impl From<u32> for Bindings {
+    /// Storage buffers alone.
+    fn from(storage: u32) -> Self {
+        Bindings { storage, texel: 0 }
+    }
+}
+
+impl Bindings {
+    /// What is at each binding.
+    fn kinds(self) -> impl Iterator<Item = vk::DescriptorType> {
+        (0..self.storage + self.texel).map(move |binding| match binding {
+            _ if binding < self.storage => vk::DescriptorType::STORAGE_BUFFER,
+            _ => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+        })
+    }
+}
+
 /// A compute shader, ready to dispatch.
 pub struct Kernel {
     name: String,
-    bindings: u32,
+    bindings: Bindings,
     push_bytes: u32,
     module: vk::ShaderModule,
     set_layout: vk::DescriptorSetLayout,
@@ -38,7 +65,7 @@ impl Kernel {
         device: &Arc<Device>,
         name: &str,
         spirv: &[u32],
-        bindings: u32,
+        bindings: Bindings,
         push_bytes: u32,
     ) -> Result<Kernel> {
         assert!(push_bytes > 0 && push_bytes <= MAX_PUSH_BYTES, "'{name}': push block of {push_bytes} bytes");
@@ -69,17 +96,17 @@ impl Kernel {
 
     fn build(&mut self, spirv: &[u32]) -> Result<(), vk::Result> {
         let d = &self.device.raw;
-        let buffer = |binding| {
+        let buffer = |(binding, kind)| {
             vk::DescriptorSetLayoutBinding::default()
                 .binding(binding)
-                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_type(kind)
                 .descriptor_count(1)
                 .stage_flags(vk::ShaderStageFlags::COMPUTE)
         };
-        let bindings: Vec<_> = (0..self.bindings).map(buffer).collect();
+        let bindings: Vec<_> = (0..).zip(self.bindings.kinds()).map(buffer).collect();
         let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(self.push_bytes)];
-        let sizes =
-            [vk::DescriptorPoolSize::default().ty(vk::DescriptorType::STORAGE_BUFFER).descriptor_count(self.bindings)];
+        let size = |kind| vk::DescriptorPoolSize::default().ty(kind).descriptor_count(1);
+        let sizes: Vec<_> = self.bindings.kinds().map(size).collect();
         // SAFETY: the SPIR-V was compiled by shaderc for Vulkan 1.1; every create info lives until its call returns and
         // refers to handles of this device.
         unsafe {
@@ -112,20 +139,24 @@ impl Kernel {
         groups: [u32; 3],
     ) -> Result<()> {
         assert!(Arc::ptr_eq(device, &self.device), "kernel '{}' belongs to another device", self.name);
-        assert_eq!(buffers.len(), self.bindings as usize, "kernel '{}': buffers", self.name);
+        assert_eq!(buffers.len(), self.bindings.kinds().count(), "kernel '{}': buffers", self.name);
         assert_eq!(push.len(), self.push_bytes as usize, "kernel '{}': push block", self.name);
         assert!(groups.iter().all(|g| (1..=MAX_GROUPS).contains(g)), "kernel '{}': {groups:?} groups", self.name);
         let ranges: Vec<_> =
             buffers.iter().map(|b| [vk::DescriptorBufferInfo::default().buffer(b.raw).range(vk::WHOLE_SIZE)]).collect();
-        let writes: Vec<_> = ranges
-            .iter()
+        let views: Vec<_> = buffers.iter().map(|b| [b.view]).collect();
+        let writes: Vec<_> = self
+            .bindings
+            .kinds()
             .enumerate()
-            .map(|(binding, range)| {
-                vk::WriteDescriptorSet::default()
-                    .dst_set(self.set)
-                    .dst_binding(binding as u32)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                    .buffer_info(range)
+            .map(|(binding, kind)| {
+                let write = vk::WriteDescriptorSet::default().dst_set(self.set).dst_binding(binding as u32);
+                let write = write.descriptor_type(kind);
+                if kind == vk::DescriptorType::STORAGE_BUFFER {
+                    return write.buffer_info(&ranges[binding]);
+                }
+                assert!(views[binding] != [vk::BufferView::null()], "kernel '{}': a buffer without a view", self.name);
+                write.texel_buffer_view(&views[binding])
             })
             .collect();
         let start = Instant::now();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Storage buffers, mapped where the device allows it and staged where it does not.
+//! Buffers, mapped where the device allows it and staged where it does not.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -10,9 +10,11 @@ use bytemuck::Pod;
 use super::device::{Device, gpu_error};
 use crate::error::{Error, Result};
 
-/// A storage buffer on the device.
+/// A storage buffer on the device, or a texel buffer.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
+    /// Of a texel buffer; else null.
+    pub(super) view: vk::BufferView,
     memory: vk::DeviceMemory,
     /// Start of the mapped memory; `None` when the memory is not visible to the host.
     mapped: Option<Mapped>,
@@ -61,11 +63,31 @@ const HOST: vk::MemoryPropertyFlags = vk::MemoryPropertyFlags::from_raw(
 const CACHED: vk::MemoryPropertyFlags =
     vk::MemoryPropertyFlags::from_raw(HOST.as_raw() | vk::MemoryPropertyFlags::HOST_CACHED.as_raw());
 
+/// Of texel buffers: one that Vulkan demands of every device.
+const FORMAT: vk::Format = vk::Format::R32G32B32A32_UINT;
+/// Bytes of a texel.
+pub(super) const TEXEL_BYTES: u64 = 16;
+
 impl Buffer {
     /// Device memory, mapped as well where the device has such a kind.
     pub(super) fn new(device: &Arc<Device>, name: &str, size_bytes: u64) -> Result<Buffer> {
         let local = vk::MemoryPropertyFlags::DEVICE_LOCAL;
         Buffer::with(device, name, size_bytes, &[local | HOST, local, HOST])
+    }
+
+    /// The same, to be read as four words at a time.
+    pub(super) fn texels(device: &Arc<Device>, name: &str, size_bytes: u64) -> Result<Buffer> {
+        let most = device.info.max_texels;
+        if size_bytes > TEXEL_BYTES * most {
+            let detail = format!("{size_bytes} bytes asked for, the device reads up to {most} texels");
+            return Err(Error::Gpu { op: format!("allocate '{name}'"), detail });
+        }
+        let mut buffer = Buffer::new(device, name, size_bytes)?;
+        let info = vk::BufferViewCreateInfo::default().buffer(buffer.raw).format(FORMAT).range(vk::WHOLE_SIZE);
+        // SAFETY: the buffer has the usage, every device reads the format, and Drop destroys the view before the buffer.
+        let view = unsafe { device.raw.create_buffer_view(&info, None) };
+        buffer.view = view.map_err(|e| gpu_error(&format!("view '{name}'"), e))?;
+        Ok(buffer)
     }
 
     /// Memory of the first of `wishes` that the device has.
@@ -76,6 +98,7 @@ impl Buffer {
             return Err(Error::Gpu { op: format!("allocate '{name}'"), detail });
         }
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let info = vk::BufferCreateInfo::default().size(size_bytes).usage(usage);
@@ -105,7 +128,8 @@ impl Buffer {
                 Ok((memory, mapped, cached)) => {
                     device.label(raw, name);
                     let (name, device) = (name.into(), device.clone());
-                    Ok(Buffer { raw, memory, mapped, cached, size_bytes, name, device, _taken: taken })
+                    let view = vk::BufferView::null();
+                    Ok(Buffer { raw, view, memory, mapped, cached, size_bytes, name, device, _taken: taken })
                 }
                 Err(e) => {
                     d.destroy_buffer(raw, None);
@@ -169,6 +193,7 @@ impl Drop for Buffer {
     fn drop(&mut self) {
         // SAFETY: submit() waits, so no submission uses the buffer.
         unsafe {
+            self.device.raw.destroy_buffer_view(self.view, None);
             self.device.raw.destroy_buffer(self.raw, None);
             self.device.raw.free_memory(self.memory, None);
         }
@@ -215,6 +240,9 @@ mod tests {
     #[test]
     fn impossible_size_is_an_error() {
         let Ok(gpu) = Gpu::open("auto", false) else { return };
+        let most = gpu.device.info.max_texels;
+        assert!(most >= 65_536, "Vulkan demands it: {most}");
+        assert!(Buffer::texels(&gpu.device, "impossible", TEXEL_BYTES * (most + 1)).is_err());
         for size_bytes in [0, 3, u64::MAX - 3] {
             assert!(gpu.buffer("impossible", size_bytes).is_err(), "{size_bytes}");
         }

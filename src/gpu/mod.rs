@@ -21,7 +21,7 @@ use bytemuck::Pod;
 
 use device::{Device, Instance};
 pub use device::{DeviceInfo, DeviceKind, devices};
-pub use kernel::{Kernel, MAX_GROUPS};
+pub use kernel::{Bindings, Kernel, MAX_GROUPS};
 pub use memory::Buffer;
 
 use crate::error::{Error, Result};
@@ -96,6 +96,14 @@ impl Gpu {
         Ok(buffer)
     }
 
+    /// A texel buffer that holds `data`, a multiple of four words.
+    pub fn upload_texels<T: Pod>(&self, name: &str, data: &[T]) -> Result<Buffer> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let mut buffer = Buffer::texels(&self.device, name, bytes.len() as u64)?;
+        buffer.write(bytes)?;
+        Ok(buffer)
+    }
+
     /// Overwrites the start of a buffer.
     pub fn write<T: Pod>(&self, buffer: &mut Buffer, data: &[T]) -> Result<()> {
         buffer.write(bytemuck::cast_slice(data))
@@ -106,14 +114,19 @@ impl Gpu {
         buffer.read()
     }
 
-    /// A compute pipeline from SPIR-V whose entry point is `main`, with `bindings` storage buffers in set 0 at bindings
-    /// 0, 1, … and a push-constant block of `push_bytes`.
-    pub fn kernel(&self, name: &str, spirv: &[u32], bindings: u32, push_bytes: u32) -> Result<Kernel> {
-        Kernel::new(&self.device, name, spirv, bindings, push_bytes)
+    /// A compute pipeline from SPIR-V whose entry point is `main`, with a push-constant block of `push_bytes`.
+    pub fn kernel(&self, name: &str, spirv: &[u32], bindings: impl Into<Bindings>, push_bytes: u32) -> Result<Kernel> {
+        Kernel::new(&self.device, name, spirv, bindings.into(), push_bytes)
     }
 
     /// The same, made once for each name and then kept.
-    pub fn kept_kernel(&self, name: &str, spirv: &[u32], bindings: u32, push_bytes: u32) -> Result<Arc<Kernel>> {
+    pub fn kept_kernel(
+        &self,
+        name: &str,
+        spirv: &[u32],
+        bindings: impl Into<Bindings>,
+        push_bytes: u32,
+    ) -> Result<Arc<Kernel>> {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kernel) = kept.iter().find(|kernel| kernel.name() == name) {
             return Ok(kernel.clone());

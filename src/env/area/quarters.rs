@@ -68,6 +68,14 @@ struct Field {
     cells: Vec<Cell>,
 }
 
+/// What a thread works in, quarter after quarter: memory that was touched once is used again.
+#[derive(Default)]
+struct Scratch {
+    field: Field,
+    /// Of the texels of the quarter, and of those of the mirror image of a polar one.
+    integrals: [Vec<Rgb>; 2],
+}
+
 /// A texel of the picture.
 struct Cell {
     /// S + L c_row
@@ -97,16 +105,21 @@ impl<'a> Quarters<'a> {
         watched(on, STAGE, 24 * self.side, |watch| {
             let (around, polar) = rayon::join(|| self.around(), || self.polar());
             let solid_angles_sr = self.solid_angles_sr();
-            // Memory that was touched once is used again.
-            texels.par_chunks_mut(n * n * 3).enumerate().for_each_init(Field::default, |field, (face, out)| {
+            // Half of the faces, one of them polar, for each of two threads.
+            let faces =
+                texels.par_chunks_mut(n * n * 3).enumerate().with_min_len(6 / rayon::current_num_threads().min(6));
+            faces.for_each_init(Scratch::default, |scratch, (face, out)| {
                 for quarter in 0..4 {
-                    let Some(integrals) = (match face {
-                        2 | 3 => self.of_polar_quarter(field, &polar, face == 2, quarter, watch),
-                        _ => self.of_side_quarter(field, &around, [0, 2, 0, 0, 1, 3][face], quarter, watch),
-                    }) else {
-                        return;
+                    let done = match face {
+                        2 | 3 => self.of_polar_quarter(scratch, &polar, face == 2, quarter, watch),
+                        _ => self.of_side_quarter(scratch, &around, [0, 2, 0, 0, 1, 3][face], quarter, watch),
                     };
-                    for (index, (integral, solid_angle)) in integrals.iter().zip(&solid_angles_sr).enumerate() {
+                    if !done {
+                        return;
+                    }
+                    for (index, (integral, solid_angle)) in
+                        scratch.integrals[0].iter().zip(&solid_angles_sr).enumerate()
+                    {
                         let (x, y) = self.place(face, quarter, index / self.side, index % self.side);
                         let texel = &mut out[3 * (y * n + x)..][..3];
                         // Radiance is not negative; rounding may leave −1e−17 beside a sun.
@@ -254,15 +267,16 @@ impl<'a> Quarters<'a> {
     }
 
     /// Integrals over the texels of a quarter of a side face, whose centre is `turn` quarters from azimuth 0: first by i from
-    /// the equator, then by j from the middle. Bit 0 of `quarter`: azimuth falls; bit 1: below the equator.
+    /// the equator, then by j from the middle. Bit 0 of `quarter`: azimuth falls; bit 1: below the equator. `false` where the
+    /// work was cancelled.
     fn of_side_quarter(
         &self,
-        field: &mut Field,
+        Scratch { field, integrals: [integrals, _] }: &mut Scratch,
         geometry: &Geometry,
         turn: usize,
         quarter: usize,
         watch: &Watch,
-    ) -> Option<Vec<Rgb>> {
+    ) -> bool {
         let (width, equator) = (self.source.width as usize, self.source.height as usize / 2);
         let middle = self.first_column + turn * width / 4;
         let column = |j: usize| if quarter & 1 == 0 { middle + j } else { middle + width - 1 - j };
@@ -270,38 +284,38 @@ impl<'a> Quarters<'a> {
         let columns: Vec<usize> = (0..self.eighth()).map(|j| column(j) % width).collect();
         field.load(self.source, &geometry.c, row, &columns);
         let n = self.side;
-        let mut integrals = vec![[0.0; 3]; n * n];
+        zero(integrals, n * n);
         for (i, line) in geometry.lines.iter().enumerate() {
             if watch.cancelled() {
-                return None;
+                return false;
             }
-            field.along(line, false, |j, edge| add_edge(&mut integrals, n, i, j, edge));
+            field.along(line, false, |j, edge| add_edge(integrals, n, i, j, edge));
         }
-        Some(integrals)
+        true
     }
 
     /// The same of a polar face: first by i along the axis where `quarter` starts, then by j along the one where it ends.
     fn of_polar_quarter(
         &self,
-        field: &mut Field,
+        Scratch { field, integrals: [integrals, of_mirrored] }: &mut Scratch,
         geometry: &Geometry,
         north: bool,
         quarter: usize,
         watch: &Watch,
-    ) -> Option<Vec<Rgb>> {
+    ) -> bool {
         let (width, height) = (self.source.width as usize, self.source.height as usize);
         let first = self.first_column + quarter * width / 4;
         let columns: Vec<usize> = (0..width / 4).map(|j| (first + j) % width).collect();
         let row = |i: usize| if north { i } else { height - 1 - i };
         field.load(self.source, &geometry.c, row, &columns);
         let n = self.side;
-        let mut integrals = vec![[0.0; 3]; n * n];
-        let mut of_mirrored = integrals.clone();
+        zero(integrals, n * n);
+        zero(of_mirrored, n * n);
         for (i, line) in geometry.lines.iter().enumerate() {
             if watch.cancelled() {
-                return None;
+                return false;
             }
-            for (mirrored, sums) in [(false, &mut integrals), (true, &mut of_mirrored)] {
+            for (mirrored, sums) in [(false, &mut *integrals), (true, &mut *of_mirrored)] {
                 field.along(line, mirrored, |j, edge| add_edge(sums, n, i, j, edge));
             }
         }
@@ -309,7 +323,7 @@ impl<'a> Quarters<'a> {
             let mirrored = of_mirrored[index % n * n + index / n];
             (0..3).for_each(|k| sum[k] += mirrored[k]);
         }
-        Some(integrals)
+        true
     }
 }
 
@@ -345,6 +359,12 @@ impl Field {
             put(usize::from(pieces[0].texel), edge);
         }
     }
+}
+
+/// As many zeros.
+fn zero(integrals: &mut Vec<Rgb>, count: usize) {
+    integrals.clear();
+    integrals.resize(count, [0.0; 3]);
 }
 
 /// Adds the integral along an edge on line `i` to the texel before the line, and takes it from the one behind.

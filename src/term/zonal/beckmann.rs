@@ -26,6 +26,7 @@ pub static BECKMANN: Zonal = Zonal {
     sharp_horizon: false,
     beyond: BEYOND,
     brightness: 1.0,
+    has_tail: false,
     least_alpha: Some(0.001),
 };
 

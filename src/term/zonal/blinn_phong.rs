@@ -25,6 +25,7 @@ pub static BLINN_PHONG: Zonal = Zonal {
     sharp_horizon: false,
     beyond: BEYOND,
     brightness: 1.0,
+    has_tail: false,
     least_alpha: Some(0.001),
 };
 

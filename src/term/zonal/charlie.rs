@@ -26,6 +26,7 @@ pub static CHARLIE: Zonal = Zonal {
     sharp_horizon: true,
     beyond: BEYOND,
     brightness: 4.0,
+    has_tail: false,
     least_alpha: Some(0.004),
 };
 

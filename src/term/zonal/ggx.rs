@@ -25,6 +25,7 @@ pub static GGX: Zonal = Zonal {
     sharp_horizon: false,
     beyond: 0.0125,
     brightness: 1.0,
+    has_tail: true,
     least_alpha: Some(0.001),
 };
 

@@ -24,6 +24,7 @@ pub static LAMBERT: Zonal = Zonal {
     sharp_horizon: true,
     beyond: BEYOND,
     brightness: 1.0,
+    has_tail: false,
     least_alpha: None,
 };
 

@@ -66,6 +66,8 @@ pub struct Zonal {
     pub beyond: f64,
     /// How much further than for others bright nodes are cut: a light at a kink shows more of the error.
     pub brightness: f64,
+    /// Does K fall like a power far from its peak, so evenly that groups of texels may share what is far?
+    pub has_tail: bool,
     /// Least alpha that is filtered within the stated error; `None` where K does not depend on alpha.
     pub least_alpha: Option<f64>,
 }

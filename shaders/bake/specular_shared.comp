@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+#version 450
+// The walk over nodes that are small enough as they are, by blocks and by groups of them.
+#define CUT 0
+#define SHARED 1
+#include "bake/specular_walk.glsl"
