@@ -26,7 +26,7 @@ pub struct Quality {
 pub static QUALITIES: [Quality; 3] = [
     Quality {
         name: "draft",
-        about: "for looking at: less than two fifths of the time",
+        about: "for looking at: a third of the time",
         precision: Precision { eps: 1.2, brightness_limit: 3.0, limit: 60_000, far: 3.0 },
         rms_bound: 1e-2,
         worst_bound: 1e-1,
@@ -35,15 +35,15 @@ pub static QUALITIES: [Quality; 3] = [
     Quality {
         name: "standard",
         about: "below the rounding of half floats",
-        precision: Precision { eps: 0.42, brightness_limit: 4.0, limit: 60_000, far: 6.0 },
+        precision: Precision { eps: 0.36, brightness_limit: 4.0, limit: 60_000, far: 6.0 },
         rms_bound: 1e-3,
         worst_bound: 1e-2,
-        spot_texels: 2,
+        spot_texels: 4,
     },
     Quality {
         name: "reference",
         about: "a quarter of the error, about three times the filtering time",
-        precision: Precision { eps: 0.27, brightness_limit: 4.5, limit: 60_000, far: f64::INFINITY },
+        precision: Precision { eps: 0.25, brightness_limit: 4.5, limit: 60_000, far: 8.0 },
         rms_bound: 2.5e-4,
         worst_bound: 2.5e-3,
         spot_texels: 3,

@@ -8,6 +8,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::cube_truth::CubeTruth;
@@ -287,6 +288,7 @@ impl<'a> Truth<'a> {
         };
         let bounds = [-below, edge, far, nearest];
 
+        let arch = Arch::new();
         let mut total = [0.0; 3];
         let mut h = Vec::with_capacity(self.source.width as usize);
         let mut parts = Parts::default();
@@ -331,9 +333,10 @@ impl<'a> Truth<'a> {
             let mut add = |at: &[f64], (sin, cos): (f64, f64), share: f64, texels: &[[f32; 3]]| {
                 h.clear();
                 let (shift, slope) = (0.5 - 0.5 * n[1] * cos, -0.5 * sin);
-                h.extend(at.iter().map(|along| shift + slope * along));
+                // With the widest vectors that the processor has; the same bits on all.
+                arch.dispatch(|| h.extend(at.iter().map(|along| shift + slope * along)));
                 kernel(&mut h);
-                let part = weighted(&h, texels);
+                let part = arch.dispatch(Weighted { weights: &h, texels });
                 (0..3).for_each(|c| sum[c] += share * sin * part[c]);
             };
             let [all, lit, near, nearest] = ranges;
@@ -411,18 +414,33 @@ impl<'a> Truth<'a> {
 }
 
 /// Σ weight · texel, as four sums that do not wait for each other.
-fn weighted(weights: &[f64], texels: &[[f32; 3]]) -> [f64; 3] {
-    let mut sums = [[0.0; 3]; 4];
-    let ((weights, last_weights), (texels, last_texels)) = (weights.as_chunks::<4>(), texels.as_chunks::<4>());
-    for (weights, texels) in weights.iter().zip(texels) {
-        for (sum, (weight, texel)) in sums.iter_mut().zip(weights.iter().zip(texels)) {
-            (0..3).for_each(|c| sum[c] += weight * f64::from(texel[c]));
+struct Weighted<'a> {
+    weights: &'a [f64],
+    texels: &'a [[f32; 3]],
+}
+
+impl WithSimd for Weighted<'_> {
+    type Output = [f64; 3];
+
+    // Compilers leave a closure of this size outside of the function that asks for wide vectors.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f64; 3] {
+        let mut sums = [0.0; 12];
+        let (weights, last_weights) = self.weights.as_chunks::<4>();
+        let (texels, last_texels) = self.texels.as_chunks::<4>();
+        for (weights, texels) in weights.iter().zip(texels) {
+            let values = texels.as_flattened();
+            for i in 0..12 {
+                sums[i] += weights[i / 3] * f64::from(values[i]);
+            }
         }
+        for (weight, texel) in last_weights.iter().zip(last_texels) {
+            for c in 0..3 {
+                sums[c] += weight * f64::from(texel[c]);
+            }
+        }
+        std::array::from_fn(|c| sums[c] + sums[3 + c] + (sums[6 + c] + sums[9 + c]))
     }
-    for (weight, texel) in last_weights.iter().zip(last_texels) {
-        (0..3).for_each(|c| sums[0][c] += weight * f64::from(texel[c]));
-    }
-    std::array::from_fn(|c| sums[0][c] + sums[1][c] + (sums[2][c] + sums[3][c]))
 }
 
 /// What texels that are cut alike have in common, and memory that is used again.

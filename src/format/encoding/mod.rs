@@ -15,6 +15,7 @@ mod unorm;
 use std::ops::RangeInclusive;
 
 use half::f16;
+use pulp::{Arch, Simd, WithSimd};
 
 use self::range::Range;
 pub use self::steps::Steps;
@@ -486,32 +487,57 @@ struct Losses {
     ratios: f64,
 }
 
-impl Losses {
-    /// Sums that do not wait for each other.
-    const LANES: usize = 4;
+/// Values beside what is stored in their place, to be compared with the widest vectors that the processor has.
+struct Comparison<'a> {
+    values: &'a [f32],
+    stored: &'a [f32],
+    range: &'a RangeInclusive<f32>,
+}
 
-    /// Of values of which none was clamped, and what is stored in their place; the others are counted.
-    fn of(values: &[f32], stored: &[f32], range: &RangeInclusive<f32>) -> (Losses, usize) {
-        let (mut lanes, mut clamped) = ([Losses::default(); Self::LANES], 0);
-        for (values, stored) in values.chunks(Self::LANES).zip(stored.chunks(Self::LANES)) {
-            for (lane, (&value, &stored)) in lanes.iter_mut().zip(values.iter().zip(stored)) {
-                if range.contains(&value) { lane.count(value, stored) } else { clamped += 1 }
+/// Sums that do not wait for each other.
+const LANES: usize = 4;
+
+impl WithSimd for Comparison<'_> {
+    type Output = (Losses, usize);
+
+    // Without branches, in plain loops: nothing keeps the compiler from wide vectors.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> (Losses, usize) {
+        let (least, most) = (*self.range.start(), *self.range.end());
+        let mut lanes = [Losses::default(); LANES];
+        let mut held = [0.0; LANES];
+        let (values, last_values) = self.values.as_chunks::<LANES>();
+        let (stored, last_stored) = self.stored.as_chunks::<LANES>();
+        // What fills up the last lanes is not held.
+        let (mut last, mut last_of_stored) = ([f32::NAN; LANES], [0.0; LANES]);
+        last[..last_values.len()].copy_from_slice(last_values);
+        last_of_stored[..last_stored.len()].copy_from_slice(last_stored);
+        for (values, stored) in values.iter().chain([&last]).zip(stored.iter().chain([&last_of_stored])) {
+            for i in 0..LANES {
+                let is_held = values[i] >= least && values[i] <= most;
+                let value = if is_held { f64::from(values[i].abs()) } else { 0.0 };
+                let error = if is_held { (f64::from(stored[i]) - f64::from(values[i])).abs() } else { 0.0 };
+                let is_normal = value >= f64::from(f16::MIN_POSITIVE);
+                let ratio = if is_normal { error / value } else { 0.0 };
+                let lane = &mut lanes[i];
+                lane.max_abs = if error > lane.max_abs { error } else { lane.max_abs };
+                lane.squares += error * error;
+                lane.squared_values += value * value;
+                lane.max_rel = if ratio > lane.max_rel { ratio } else { lane.max_rel };
+                lane.squared_ratios += ratio * ratio;
+                lane.ratios += if is_normal { 1.0 } else { 0.0 };
+                held[i] += if is_held { 1.0 } else { 0.0 };
             }
         }
-        (lanes.into_iter().fold(Losses::default(), Losses::and), clamped)
+        let held: f64 = held.iter().sum();
+        (lanes.into_iter().fold(Losses::default(), Losses::and), self.values.len() - held as usize)
     }
+}
 
-    fn count(&mut self, value: f32, stored: f32) {
-        let (value, error) = (f64::from(value.abs()), (f64::from(stored) - f64::from(value)).abs());
-        self.max_abs = self.max_abs.max(error);
-        self.squares += error * error;
-        self.squared_values += value * value;
-        if value >= f64::from(f16::MIN_POSITIVE) {
-            let ratio = error / value;
-            self.max_rel = self.max_rel.max(ratio);
-            self.squared_ratios += ratio * ratio;
-            self.ratios += 1.0;
-        }
+impl Losses {
+    /// Of values of which none was clamped, and what is stored in their place; the others are counted.
+    fn of(values: &[f32], stored: &[f32], range: &RangeInclusive<f32>) -> (Losses, usize) {
+        Arch::new().dispatch(Comparison { values, stored, range })
     }
 
     fn and(self, other: Losses) -> Losses {
