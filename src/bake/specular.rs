@@ -35,8 +35,9 @@
 //! ```
 //!
 //! with the kernel's own `room`: the length over which it changes at the node's place. The error of a node goes with the
-//! third power of extent/room. Division is by the kernel's own norm, never by a
-//! sum of weights. The same bytes come out whatever the slices and however many threads.
+//! third power of extent/room. What is far from 16 × 16 texels they take together where the kernel's tail lets them
+//! ([`super::groups`]). Division is by the kernel's own norm, never by a sum of weights. The same bytes come out whatever the
+//! slices and however many threads.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -285,7 +286,9 @@ impl SpecularJob {
 
     /// The rule, for the file's certificate.
     pub fn rule(&self) -> String {
-        format!("moment tree, eps {}", self.precision.eps)
+        let Precision { eps, far, .. } = self.precision;
+        let shared = if far.is_finite() && self.kernel.has_tail { format!(", far {far}") } else { String::new() };
+        format!("moment tree, eps {eps}{shared}")
     }
 
     /// The shape of the result.

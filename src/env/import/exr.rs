@@ -11,6 +11,7 @@ use exr::block::reader::ChunksReader;
 use exr::meta::header::Header;
 use exr::prelude as ex;
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 
 use super::watched::Watched;
 use super::{Job, Plane};
@@ -86,38 +87,34 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
     };
     let chunks = reader.filter_chunks(false, wanted).map_err(|e| refuse(job, compression, e))?;
     let mut filled = 0;
+    // Of a line, as they lie in the file and as floats.
+    let (mut halves, mut values): (Vec<f16>, Vec<f32>) = (vec![], vec![]);
     let mut store = |_: &exr::meta::MetaData, block: UncompressedBlock| {
         filled += block.index.pixel_size.area();
         for line in block.lines(&header.channels) {
             let row = line.location.position.1 as i64 + offset[1];
-            if row < 0 || row >= height as i64 {
+            if row < 0 || row >= height as i64 || !choice.channels.contains(&line.location.channel) {
                 continue;
             }
             let row = &mut texels[row as usize * width..][..width];
-            let first = line.location.position.0 as i64 + offset[0];
-            let mut put = |i: usize, value: f32| {
-                let column = first + i as i64;
-                if let Some(texel) = usize::try_from(column).ok().and_then(|c| row.get_mut(c)) {
-                    for (c, channel) in choice.channels.iter().enumerate() {
-                        if *channel == line.location.channel {
-                            texel[c] = value;
-                        }
-                    }
-                }
-            };
-            if !choice.channels.contains(&line.location.channel) {
-                continue;
-            }
+            let bytes = line.value;
+            values.clear();
             match header.channels.list[line.location.channel].sample_type {
                 ex::SampleType::F16 => {
-                    line.read_samples::<f16>().enumerate().try_for_each(|(i, v)| v.map(|v| put(i, v.to_f32())))?;
+                    halves.clear();
+                    halves.extend(bytes.as_chunks().0.iter().map(|b| f16::from_ne_bytes(*b)));
+                    values.resize(halves.len(), 0.0);
+                    halves.convert_to_f32_slice(&mut values);
                 }
-                ex::SampleType::F32 => {
-                    line.read_samples::<f32>().enumerate().try_for_each(|(i, v)| v.map(|v| put(i, v)))?;
-                }
-                ex::SampleType::U32 => {
-                    line.read_samples::<u32>().enumerate().try_for_each(|(i, v)| v.map(|v| put(i, v as f32)))?;
-                }
+                ex::SampleType::F32 => values.extend(bytes.as_chunks().0.iter().map(|b| f32::from_ne_bytes(*b))),
+                ex::SampleType::U32 => values.extend(bytes.as_chunks().0.iter().map(|b| u32::from_ne_bytes(*b) as f32)),
+            }
+            // What lies outside of the display window is left out.
+            let first = line.location.position.0 as i64 + offset[0];
+            let inside = values.get(usize::try_from(-first).unwrap_or(0)..).unwrap_or(&[]);
+            let row = row.get_mut(usize::try_from(first).unwrap_or(0)..).unwrap_or(&mut []);
+            for (c, _) in choice.channels.iter().enumerate().filter(|(_, channel)| **channel == line.location.channel) {
+                row.iter_mut().zip(inside).for_each(|(texel, value)| texel[c] = *value);
             }
         }
         Ok(())
