@@ -72,11 +72,8 @@ impl Group {
         let mut i = 0;
         while i < nodes.len() {
             let (node, next) = (&nodes[i], i + nodes[i].skip() as usize);
-            let side = match node.key() {
-                // It holds nothing.
-                None => None,
-                Some(key) => Some(self.side(node.c.map(f64::from), key.into(), node.skip() == 1, whole)),
-            };
+            // What has no key holds nothing.
+            let side = node.key().map(|key| self.side(node.c.map(f64::from), key.into(), node.skip() == 1, whole));
             match side {
                 Some(Side::Near) => add(&mut self.near, i, next),
                 Some(Side::Far) => add(&mut self.distant, i, next),

@@ -176,7 +176,8 @@ impl SpecularRequest {
             let what = format!("{mips} mips of size {size} leave nothing inside a gutter of {} texels", self.gutter);
             return Err(Error::usage(what, "use fewer --mips or a larger --size"));
         }
-        let precision = quality.precision;
+        let shared = quality.precision;
+        let precision = Precision { eps: if kernel.has_tail { shared.eps } else { quality.eps_alone }, ..shared };
         let (clamped_to, gutter) = (f64::INFINITY, self.gutter);
         let job = SpecularJob { kernel, projection, size, mips, law, quality, precision, clamped_to, gutter };
         let narrowest = job.alpha(job.filtered().start);
@@ -485,7 +486,7 @@ impl SpecularJob {
         let mut done = 0;
         let mut levels = vec![];
         let cuts = self.cuts(prepared);
-        let all = [0..prepared.tree.nodes.len()];
+        let all = prepared.tree.whole();
         for m in self.filtered() {
             let ((width, height), lobe, stage) = (self.level_size(m), self.lobe(m), self.stage(m));
             let groups = self.groups(m, prepared, cuts);
@@ -502,7 +503,8 @@ impl SpecularJob {
                         let [face, x, y] = texels[0];
                         let near =
                             groups.as_ref().map(|groups| &groups.of_block([face, x / BLOCK, y / BLOCK]).near[..]);
-                        lobe.walk(prepared, &axes, near.unwrap_or(&all)).map(|walked| (texels, walked))
+                        lobe.walk(prepared, &axes, near.unwrap_or(std::slice::from_ref(&all)))
+                            .map(|walked| (texels, walked))
                     })
                     .collect();
                 for block in found {
@@ -631,7 +633,7 @@ impl SpecularJob {
         let texels_of_node = size_of::<Node>() as u64 / 16;
         let buffer_nodes = (BUFFER_BYTES / size_of::<Node>()).min((gpu.info().max_texels / texels_of_node) as usize);
         let mut buffers = vec![];
-        for range in tree.pieces(0..tree.nodes.len(), buffer_nodes) {
+        for range in tree.pieces(tree.whole(), buffer_nodes) {
             let nodes = gpu.upload_texels("nodes", &tree.nodes[range.clone()])?;
             buffers.push((range, nodes));
         }
@@ -1037,7 +1039,8 @@ mod tests {
         let whole = job.prepare(&source, None, &mut ignore).expect("nobody cancels");
         let walk = |prepared: &Prepared<'_>| {
             let axes = [normalized([0.3, 0.5, -0.8])];
-            let walked = job.lobe(1).walk(prepared, &axes, &[0..prepared.tree.nodes.len()]).expect("few steps");
+            let walked =
+                job.lobe(1).walk(prepared, &axes, std::slice::from_ref(&prepared.tree.whole())).expect("few steps");
             [0, 1, 2].map(|k| walked.values[0][k] - f64::from(whole.tree.base[k]))
         };
         let expected = walk(&whole);

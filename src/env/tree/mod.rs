@@ -275,6 +275,11 @@ impl Tree {
         Ok(nodes)
     }
 
+    /// All nodes.
+    pub fn whole(&self) -> Range<usize> {
+        0..self.nodes.len()
+    }
+
     /// Cuts a range of nodes into ranges of at most `most` that can be walked one after the other. Roots of more are left out:
     /// their children stand for them.
     pub fn pieces(&self, range: Range<usize>, most: usize) -> Vec<Range<usize>> {
