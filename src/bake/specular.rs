@@ -575,7 +575,12 @@ impl SpecularJob {
         let Prepared { picture, tree, .. } = prepared;
         // One kernel for all mips: compiling another costs more than it saves where leaves are cut at all, or shared.
         let cuts = self.cuts(prepared);
-        let groups: Vec<Option<Groups>> = self.filtered().map(|m| self.groups(m, prepared, cuts)).collect();
+        let texels_of_node = size_of::<Node>() as u64 / 16;
+        let buffer_nodes = (BUFFER_BYTES / size_of::<Node>()).min((gpu.info().max_texels / texels_of_node) as usize);
+        // Ranges of nodes are places in one buffer.
+        let fits = tree.nodes.len() <= buffer_nodes;
+        let groups = |m| if fits { self.groups(m, prepared, cuts) } else { None };
+        let groups: Vec<Option<Groups>> = self.filtered().map(groups).collect();
         let variant = match picture {
             _ if groups.iter().any(Option::is_some) => "_shared",
             _ if !cuts => "",
@@ -630,8 +635,6 @@ impl SpecularJob {
         let axes = gpu.upload("axes", &axes)?;
         let lists = gpu.upload_texels("ranges", &lists)?;
         let result = gpu.buffer("result", count * 12)?;
-        let texels_of_node = size_of::<Node>() as u64 / 16;
-        let buffer_nodes = (BUFFER_BYTES / size_of::<Node>()).min((gpu.info().max_texels / texels_of_node) as usize);
         let mut buffers = vec![];
         for range in tree.pieces(tree.whole(), buffer_nodes) {
             let nodes = gpu.upload_texels("nodes", &tree.nodes[range.clone()])?;
