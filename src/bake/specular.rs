@@ -422,11 +422,9 @@ impl SpecularJob {
             }
         }
         // A mean is within the range of what it is the mean of; the walk is only nearly so.
-        let most = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|c| f32::max(a[c], b[c]));
-        let texels = prepared.picture.texels().par_chunks(1 << 14);
-        let brightest = texels.map(|t| t.iter().copied().fold([0.0; 3], most)).reduce(|| [0.0; 3], most);
+        let Tree { base, most, .. } = prepared.tree;
         for texel in levels.iter_mut().flat_map(|level| level.as_chunks_mut::<3>().0) {
-            (0..3).for_each(|c| texel[c] = texel[c].clamp(prepared.tree.base[c], brightest[c]));
+            (0..3).for_each(|c| texel[c] = texel[c].clamp(base[c], most[c]));
         }
         Ok(levels)
     }

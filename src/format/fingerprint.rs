@@ -72,21 +72,31 @@ impl Fingerprint {
             _ if is_plain(encoding) => Encoding { components: channels, ..encoding },
             _ => Encoding { components: channels, repr: Repr::F32, ..encoding },
         };
-        let (mut hash, mut sums, mut index) = (Sha256::new(), [0; 2], 0);
+        let mut taking = Taking::default();
         for level in levels {
             for values in level.chunks(CHUNK * channels) {
                 let pictures = Pictures { width: (values.len() / channels) as u32, height: 1, count: 1 };
-                let mut bytes = encode(values, channels, pictures, plain)?;
-                hash.update(&bytes);
-                for halves in halves_of(&mut bytes, plain.unit_bytes()) {
-                    index += 1;
-                    let value = mixed(index, halves);
-                    sums = [reduced((sums[0] + value).into()), reduced((sums[1] + times(index, value)).into())];
-                }
+                taking.add(encode(values, channels, pictures, plain)?, plain.unit_bytes());
             }
         }
-        let sha256 = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
-        Ok(Fingerprint { sha256, sums })
+        Ok(taking.done())
+    }
+
+    /// Of levels as a file stores them; `None` of an encoding whose bytes are not what is hashed.
+    pub(super) fn of_bytes(levels: &[Vec<u8>], channels: usize, encoding: Encoding) -> Option<Fingerprint> {
+        if !is_plain(encoding) {
+            return None;
+        }
+        let unit = encoding.unit_bytes();
+        let used = if encoding.repr == Repr::Rgbe8 { unit } else { unit / encoding.components * channels };
+        let mut taking = Taking::default();
+        for bytes in levels.iter().flat_map(|level| level.chunks(CHUNK * unit)) {
+            // What only fills a texel is left out.
+            let mut kept = Vec::with_capacity(bytes.len());
+            bytes.chunks_exact(unit).for_each(|texel| kept.extend_from_slice(&texel[..used]));
+            taking.add(kept, used);
+        }
+        Some(taking.done())
     }
 
     /// Puts it into a file's meta.
@@ -121,6 +131,32 @@ impl Fingerprint {
         // 0 has no inverse: its power is 0, and no index.
         let index = times(moved_by_index, power(moved, P - 2));
         Some(if (1..=texels).contains(&index) { Changed::One(index - 1) } else { Changed::Several })
+    }
+}
+
+/// A fingerprint that is being taken.
+#[derive(Default)]
+struct Taking {
+    hash: Sha256,
+    sums: [u64; 2],
+    index: u64,
+}
+
+impl Taking {
+    /// Texels of `unit` bytes.
+    fn add(&mut self, mut bytes: Vec<u8>, unit: usize) {
+        self.hash.update(&bytes);
+        for halves in halves_of(&mut bytes, unit) {
+            self.index += 1;
+            let value = mixed(self.index, halves);
+            let sums = self.sums;
+            self.sums = [reduced((sums[0] + value).into()), reduced((sums[1] + times(self.index, value)).into())];
+        }
+    }
+
+    fn done(self) -> Fingerprint {
+        let sha256 = self.hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
+        Fingerprint { sha256, sums: self.sums }
     }
 }
 

@@ -87,7 +87,7 @@ impl Format for Ktx2 {
         file(path, texture, storage, encoded(texture, storage)?)
     }
 
-    fn to_bytes_of_blocks(
+    fn to_bytes_of_levels(
         &self,
         path: &Path,
         texture: &Texture,

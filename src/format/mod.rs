@@ -85,8 +85,8 @@ pub trait Format: Sync {
     }
     /// The file's bytes, with the texture's meta. `path` names the file in an error, and an array in source code.
     fn to_bytes(&self, path: &Path, texture: &Texture, storage: Storage) -> Result<Vec<u8>>;
-    /// The same with levels that were encoded before, in a container that holds [blocks](Repr::is_blocks).
-    fn to_bytes_of_blocks(
+    /// The same with levels that were encoded before, in a container that holds them as they are.
+    fn to_bytes_of_levels(
         &self,
         path: &Path,
         texture: &Texture,
@@ -248,18 +248,20 @@ pub fn check_compression(format: &dyn Format, compression: Compression) -> Resul
 pub fn certify(texture: &mut Texture, storage: impl Into<Storage>) -> Result<Stored> {
     let storage = storage.into();
     let encoding = storage.encoding;
-    let mut result = Stored::from(storage);
+    let channels = texture.channels.len();
+    let bytes = encoding::encoded(texture, storage)?;
     let fingerprint = if encoding.repr.is_measured() {
-        let bytes = encoding::encoded(texture, storage)?;
         let stored = encoding::decoded(&bytes, texture, encoding);
         Steps::state(&Rounding::between(texture, encoding.repr, &stored), &mut texture.meta);
-        result.blocks = encoding.repr.is_blocks().then_some(bytes);
-        Fingerprint::of_levels(&stored, texture.channels.len(), encoding)?
+        Fingerprint::of_levels(&stored, channels, encoding)?
     } else {
-        Fingerprint::of(texture, storage)?
+        match Fingerprint::of_bytes(&bytes, channels, encoding) {
+            Some(fingerprint) => fingerprint,
+            None => Fingerprint::of(texture, storage)?,
+        }
     };
     fingerprint.state(&mut texture.meta);
-    Ok(result)
+    Ok(Stored { storage, levels: Some(bytes) })
 }
 
 /// What every writer checks first: the encoding, the lengths, the ranges and the meta.

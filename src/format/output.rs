@@ -8,6 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
+use super::encoding::rounding_of;
 use super::{Format, Rounding, Stored, leftover, rounding};
 use crate::error::{Error, Result};
 use crate::texture::Texture;
@@ -112,20 +113,27 @@ impl Output {
     /// Writes the texture and puts the file in place, over an older one.
     /// `stored` is what [`certify`](super::certify) gave, or just an encoding.
     pub fn commit(self, format: &dyn Format, texture: &Texture, stored: impl Into<Stored>) -> Result<Written> {
-        let Stored { storage, blocks } = stored.into();
-        let bytes = match blocks {
-            Some(levels) => format.to_bytes_of_blocks(&self.path, texture, storage, levels)?,
+        let Stored { storage, levels } = stored.into();
+        let is_blocks = storage.encoding.repr.is_blocks();
+        let measured = match &levels {
+            Some(levels) if !is_blocks => Some(rounding_of(texture, storage.encoding, levels)?),
+            _ => None,
+        };
+        let bytes = match levels {
+            Some(levels) => format.to_bytes_of_levels(&self.path, texture, storage, levels)?,
             None => format.to_bytes(&self.path, texture, storage)?,
         };
-        let rounding = if storage.encoding.repr.is_blocks() {
-            // Blocks take long to encode, and little to decode.
-            let (read, _) = format.parse(&self.path, &bytes)?;
-            let n = (read.channels.len(), texture.channels.len());
-            let own = |level: Vec<f32>| level.chunks_exact(n.0).flat_map(|texel| &texel[..n.1]).copied().collect();
-            let stored: Vec<Vec<f32>> = read.levels.into_iter().map(own).collect();
-            Rounding::between(texture, storage.encoding.repr, &stored)
-        } else {
-            rounding(texture, storage)?
+        let rounding = match measured {
+            Some(rounding) => rounding,
+            None if is_blocks => {
+                // Blocks take long to encode, and little to decode.
+                let (read, _) = format.parse(&self.path, &bytes)?;
+                let n = (read.channels.len(), texture.channels.len());
+                let own = |level: Vec<f32>| level.chunks_exact(n.0).flat_map(|texel| &texel[..n.1]).copied().collect();
+                let stored: Vec<Vec<f32>> = read.levels.into_iter().map(own).collect();
+                Rounding::between(texture, storage.encoding.repr, &stored)
+            }
+            None => rounding(texture, storage)?,
         };
         Ok(Written { bytes: self.commit_bytes(&bytes)?, rounding })
     }

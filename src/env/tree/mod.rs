@@ -145,6 +145,8 @@ pub struct Tree {
     pub nodes: Vec<Node>,
     /// Subtracted from every texel: the lowest value of each channel.
     pub base: [f32; 3],
+    /// The highest value of each channel.
+    pub most: [f32; 3],
     /// Mean of R over the sphere, per channel.
     pub mean: [f64; 3],
 }
@@ -230,14 +232,13 @@ impl Tree {
         on: &mut OnProgress<'_>,
     ) -> Result<Self> {
         tick(on, STAGE, 0.0)?;
-        let base = base.unwrap_or_else(|| {
-            let least = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|k| a[k].min(b[k]));
-            picture
-                .texels()
-                .par_chunks(1 << 14)
-                .map(|t| t.iter().copied().fold([f32::MAX; 3], least))
-                .reduce(|| [f32::MAX; 3], least)
-        });
+        let both = |a: [[f32; 3]; 2], b: [[f32; 3]; 2]| {
+            [std::array::from_fn(|k| a[0][k].min(b[0][k])), std::array::from_fn(|k| a[1][k].max(b[1][k]))]
+        };
+        let none = [[f32::MAX; 3], [0.0; 3]];
+        let of_chunk = |texels: &[[f32; 3]]| texels.iter().fold(none, |found, t| both(found, [*t, *t]));
+        let [least, most] = picture.texels().par_chunks(1 << 14).map(of_chunk).reduce(|| none, both);
+        let base = base.unwrap_or(least);
         let whole = picture.mean();
         // What is left of a constant channel is rounding.
         let mean: [f64; 3] = std::array::from_fn(|k| {
@@ -249,7 +250,7 @@ impl Tree {
             Picture::Equirect(picture) => Self::grown(&equirect::Chart::new(picture), params, light, on),
             Picture::Cube(picture) => Self::grown(&faces::Chart::new(picture), params, light, on),
         };
-        Ok(Self { nodes: nodes?, base, mean })
+        Ok(Self { nodes: nodes?, base, most, mean })
     }
 
     fn grown(chart: &impl Chart, params: &Params, light: Light, on: &mut OnProgress<'_>) -> Result<Vec<Node>> {

@@ -12,6 +12,7 @@ mod rgbe;
 mod steps;
 mod unorm;
 
+use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
 use half::f16;
@@ -292,18 +293,18 @@ impl From<Encoding> for Storage {
     }
 }
 
-/// How a texture is stored, with its levels where they had to be encoded to be certified.
+/// How a texture is stored, with its levels as they were encoded to be certified.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stored {
     /// How.
     pub storage: Storage,
-    /// The blocks of every level, which take long to encode; `None` where nothing is in blocks, or not yet.
-    pub(super) blocks: Option<Vec<Vec<u8>>>,
+    /// The bytes of every level; `None` where they were not encoded yet.
+    pub(super) levels: Option<Vec<Vec<u8>>>,
 }
 
 impl<S: Into<Storage>> From<S> for Stored {
     fn from(storage: S) -> Self {
-        Stored { storage: storage.into(), blocks: None }
+        Stored { storage: storage.into(), levels: None }
     }
 }
 
@@ -540,6 +541,23 @@ impl Losses {
         Arch::new().dispatch(Comparison { values, stored, range })
     }
 
+    /// Of runs of texels beside their bytes.
+    fn of_runs<'a>(
+        runs: impl Iterator<Item = Result<(&'a [f32], Cow<'a, [u8]>)>>,
+        channels: usize,
+        encoding: Encoding,
+    ) -> Result<(Losses, usize)> {
+        let range = encoding.repr.range();
+        let (mut losses, mut clamped) = (Losses::default(), 0);
+        for run in runs {
+            let (values, bytes) = run?;
+            let pictures = Pictures { width: (values.len() / channels) as u32, height: 1, count: 1 };
+            let (more, also) = Losses::of(values, &decode(&bytes, channels, pictures, encoding), &range);
+            (losses, clamped) = (losses.and(more), clamped + also);
+        }
+        Ok((losses, clamped))
+    }
+
     fn and(self, other: Losses) -> Losses {
         Losses {
             max_abs: self.max_abs.max(other.max_abs),
@@ -593,20 +611,25 @@ pub fn rounding(texture: &Texture, storage: impl Into<Storage>) -> Result<Roundi
     }
     // Texels by themselves: a few at a time need little memory.
     fits(texture.channels.len(), encoding)?;
-    let (channels, range) = (texture.channels.len(), encoding.repr.range());
-    let of_run = |values: &[f32]| {
+    let channels = texture.channels.len();
+    let encoded = |values: &[f32]| {
         let run = Pictures { width: (values.len() / channels) as u32, height: 1, count: 1 };
-        let bytes = encode(values, channels, run, storage)?;
-        Ok(Losses::of(values, &decode(&bytes, channels, run, encoding), &range))
+        encode(values, channels, run, storage).map(Cow::Owned)
     };
-    let of_level = |level: &Vec<f32>| {
-        level.chunks(RUN * channels).try_fold((Losses::default(), 0), |(losses, clamped), values| {
-            let (more, also) = of_run(values)?;
-            Ok((losses.and(more), clamped + also))
-        })
-    };
-    let of_levels: Vec<_> = texture.levels.iter().map(of_level).collect::<Result<_>>()?;
-    Ok(Rounding::sum(of_levels.into_iter()))
+    let of_levels = texture.levels.iter().map(|level| {
+        Losses::of_runs(level.chunks(RUN * channels).map(|values| Ok((values, encoded(values)?))), channels, encoding)
+    });
+    Ok(Rounding::sum(of_levels.collect::<Result<Vec<_>>>()?.into_iter()))
+}
+
+/// The same of texels that were encoded before, not in blocks.
+pub(super) fn rounding_of(texture: &Texture, encoding: Encoding, levels: &[Vec<u8>]) -> Result<Rounding> {
+    let channels = texture.channels.len();
+    let of_levels = texture.levels.iter().zip(levels).map(|(level, bytes)| {
+        let runs = level.chunks(RUN * channels).zip(bytes.chunks(RUN * encoding.unit_bytes()));
+        Losses::of_runs(runs.map(|(values, bytes)| Ok((values, Cow::Borrowed(bytes)))), channels, encoding)
+    });
+    Ok(Rounding::sum(of_levels.collect::<Result<Vec<_>>>()?.into_iter()))
 }
 
 /// Every level as bytes.
