@@ -192,13 +192,13 @@ mod tests {
     use crate::env::Equirect;
     use crate::progress::ignore;
 
-    fn groups(size: u32) -> (SpecularJob, Option<Groups>, usize) {
+    fn groups(size: u32) -> (SpecularJob, Option<Groups>, Vec<Node>) {
         let job = SpecularRequest { size: Some(size), quality: "draft".into(), ..Default::default() };
         let job = job.resolve().expect("valid");
         let source = Equirect::from_fn(256, |u, v| [1.0 + u as f32, 2.0 + (9.0 * v).sin() as f32, 1.0]);
         let prepared = job.prepare(&source, None, &mut ignore).expect("nobody cancels");
         let groups = Groups::of(&job, 1, &prepared, 3.0);
-        (job, groups, prepared.tree.nodes.len())
+        (job, groups, prepared.tree.nodes)
     }
 
     #[test]
@@ -235,9 +235,11 @@ mod tests {
     fn the_tree_is_parted_without_gaps_of_light() {
         let (_, groups, nodes) = groups(256);
         for group in &groups.expect("128 texels a face").each {
-            let mut seen = vec![0; nodes];
+            let mut seen = vec![0; nodes.len()];
             group.near.iter().chain(&group.distant).for_each(|r| seen[r.clone()].iter_mut().for_each(|s| *s += 1));
             assert!(seen.iter().all(|s| *s <= 1), "a node in two parts");
+            let is_light = |node: &Node| node.skip() == 1 && node.key().is_some();
+            assert!(nodes.iter().zip(&seen).all(|(node, seen)| *seen == 1 || !is_light(node)), "a leaf in none");
             assert!(!group.near.is_empty() && !group.distant.is_empty());
         }
     }
