@@ -91,10 +91,7 @@ impl Fingerprint {
         let used = if encoding.repr == Repr::Rgbe8 { unit } else { unit / encoding.components * channels };
         let mut taking = Taking::default();
         for bytes in levels.iter().flat_map(|level| level.chunks(CHUNK * unit)) {
-            // What only fills a texel is left out.
-            let mut kept = Vec::with_capacity(bytes.len());
-            bytes.chunks_exact(unit).for_each(|texel| kept.extend_from_slice(&texel[..used]));
-            taking.add(kept, used);
+            taking.add(without_filling(bytes, unit, used), used);
         }
         Some(taking.done())
     }
@@ -143,20 +140,37 @@ struct Taking {
 }
 
 impl Taking {
-    /// Texels of `unit` bytes.
+    /// At most [`CHUNK`] texels of `unit` bytes.
     fn add(&mut self, mut bytes: Vec<u8>, unit: usize) {
         self.hash.update(&bytes);
+        // CHUNK values below 2^61, each times an index below 2^46: no more than 2^122 with room to spare.
+        let mut sums = self.sums.map(u128::from);
         for halves in halves_of(&mut bytes, unit) {
             self.index += 1;
             let value = mixed(self.index, halves);
-            let sums = self.sums;
-            self.sums = [reduced((sums[0] + value).into()), reduced((sums[1] + times(self.index, value)).into())];
+            sums[0] += u128::from(value);
+            sums[1] += u128::from(self.index) * u128::from(value);
         }
+        self.sums = sums.map(reduced);
     }
 
     fn done(self) -> Fingerprint {
         let sha256 = self.hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
         Fingerprint { sha256, sums: self.sums }
+    }
+}
+
+/// Texels of `unit` bytes without what only fills them up after the first `used`.
+fn without_filling(bytes: &[u8], unit: usize, used: usize) -> Vec<u8> {
+    // Copies of a known length are quick.
+    fn cut<const UNIT: usize, const USED: usize>(bytes: &[u8]) -> Vec<u8> {
+        let texels = bytes.as_chunks::<UNIT>().0.iter();
+        texels.map(|texel| *texel.first_chunk().expect("a part of it")).collect::<Vec<[u8; USED]>>().into_flattened()
+    }
+    match (unit, used) {
+        (8, 6) => cut::<8, 6>(bytes),
+        (16, 12) => cut::<16, 12>(bytes),
+        _ => bytes.chunks_exact(unit).flat_map(|texel| &texel[..used]).copied().collect(),
     }
 }
 

@@ -17,6 +17,9 @@
 //!   w = τ sin ψ/√(1 + τ² cos² ψ). Lines of constant s are meridians.
 //! - **Polar faces.** On the line x = g, tan² θ = g² + z², and ∫ c dφ = atan w with w = z/(g √(1 + g² + z²)). The line z = g
 //!   is its mirror image in the quarter.
+//!
+//! The quarters of a face are gone through row by row, so that S is wanted for one row of the picture at a time; a piece of an
+//! edge adds S ∫ dφ + L ∫ (c_row − c) dφ.
 
 use std::f64::consts::{PI, TAU};
 
@@ -43,44 +46,48 @@ pub struct Quarters<'a> {
 }
 
 /// A part of an edge of a texel, inside one texel of the picture.
+#[derive(Clone, Copy, Default)]
 struct Piece {
     /// Rows from the pole or from the equator.
     row: u16,
     /// Columns from the middle of a side face, or from the axis that a polar line crosses.
     column: u16,
+    /// Of the line, from 0 for line 1.
+    line: u16,
     /// Which texel's edge, along the line.
     texel: u16,
+    /// ∫ dφ
     d_phi: f64,
-    /// ∫ c dφ
+    /// ∫ (c_row − c) dφ
     d_c: f64,
 }
 
-/// The pieces of the lines 1, 2, … of a quarter, and c at the picture's rows.
+/// The pieces of the lines 1, 2, … of a quarter, row by row of the picture.
 struct Geometry {
-    lines: Vec<Vec<Piece>>,
-    c: Vec<f64>,
+    /// Texels along a line.
+    side: usize,
+    pieces: Vec<Piece>,
+    rows: Vec<Row>,
 }
 
-/// A quarter's part of the picture.
+struct Row {
+    /// How many it has.
+    pieces: usize,
+    /// c at its start over c at the next one's.
+    drop: f64,
+}
+
+/// A quarter that is gone through.
 #[derive(Default)]
-struct Field {
-    columns: usize,
-    cells: Vec<Cell>,
-}
-
-/// What a thread works in, quarter after quarter: memory that was touched once is used again.
-#[derive(Default)]
-struct Scratch {
-    field: Field,
-    /// Of the texels of the quarter, and of those of the mirror image of a polar one.
-    integrals: [Vec<Rgb>; 2],
-}
-
-/// A texel of the picture.
-struct Cell {
-    /// S + L c_row
-    below: Rgb,
-    light: [f32; 3],
+struct Quarter {
+    /// Which columns of the picture it has, in its order.
+    columns: Vec<usize>,
+    /// S before the row in each of them.
+    sums: Vec<Rgb>,
+    /// ∫ G dφ over the edges of the texels, line by line.
+    edges: Vec<Rgb>,
+    /// The same of the mirror image of a polar quarter; empty for others.
+    mirrored: Vec<Rgb>,
 }
 
 impl<'a> Quarters<'a> {
@@ -101,27 +108,27 @@ impl<'a> Quarters<'a> {
     pub fn cube(&self, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         let n = 2 * self.side;
         let mut texels = vec![0f32; 6 * n * n * 3];
-        // A quarter's lines are its parts.
-        watched(on, STAGE, 24 * self.side, |watch| {
+        // The picture's rows on a face are its parts.
+        watched(on, STAGE, 4 * self.rows_around() + 2 * self.rows_polar(), |watch| {
             let (around, polar) = rayon::join(|| self.around(), || self.polar());
             let solid_angles_sr = self.solid_angles_sr();
             // Half of the faces, one of them polar, for each of two threads.
             let faces =
                 texels.par_chunks_mut(n * n * 3).enumerate().with_min_len(6 / rayon::current_num_threads().min(6));
-            faces.for_each_init(Scratch::default, |scratch, (face, out)| {
-                for quarter in 0..4 {
-                    let done = match face {
-                        2 | 3 => self.of_polar_quarter(scratch, &polar, face == 2, quarter, watch),
-                        _ => self.of_side_quarter(scratch, &around, [0, 2, 0, 0, 1, 3][face], quarter, watch),
-                    };
-                    if !done {
-                        return;
-                    }
-                    for (index, (integral, solid_angle)) in
-                        scratch.integrals[0].iter().zip(&solid_angles_sr).enumerate()
-                    {
-                        let (x, y) = self.place(face, quarter, index / self.side, index % self.side);
+            faces.for_each_init(<[Quarter; 4]>::default, |quarters, (face, out)| {
+                let done = match face {
+                    2 | 3 => self.polar_face(quarters, &polar, face == 2, watch),
+                    _ => self.side_face(quarters, &around, [0, 2, 0, 0, 1, 3][face], watch),
+                };
+                if !done {
+                    return;
+                }
+                for (number, quarter) in quarters.iter().enumerate() {
+                    for (index, solid_angle) in solid_angles_sr.iter().enumerate() {
+                        let (i, j) = (index / self.side, index % self.side);
+                        let (x, y) = self.place(face, number, i, j);
                         let texel = &mut out[3 * (y * n + x)..][..3];
+                        let integral = quarter.integral(self.side, i, j);
                         // Radiance is not negative; rounding may leave −1e−17 beside a sun.
                         texel.iter_mut().zip(integral).for_each(|(t, v)| *t = (v / solid_angle).max(0.0) as f32);
                     }
@@ -168,6 +175,17 @@ impl<'a> Quarters<'a> {
         (self.source.width as usize).div_ceil(8)
     }
 
+    /// Rows between the equator and the corner of a side face, or a little more.
+    fn rows_around(&self) -> usize {
+        (self.source.height as usize).div_ceil(4)
+    }
+
+    /// Rows between a pole and the corner of its face, at θ = acos(1/√3) = 0.304 π.
+    fn rows_polar(&self) -> usize {
+        let height = self.source.height as usize;
+        ((height as f64 * 0.305).ceil() as usize + 1).min(height)
+    }
+
     /// Angle from the pole or the equator to the start of row `i` there.
     fn angle(&self, i: usize) -> f64 {
         PI * i as f64 / f64::from(self.source.height)
@@ -181,8 +199,9 @@ impl<'a> Quarters<'a> {
     /// The lines of constant t on a quarter of a side face.
     fn around(&self) -> Geometry {
         let (side, d_phi) = (self.side, TAU / f64::from(self.source.width));
-        let rows = (self.source.height as usize).div_ceil(4);
+        let rows = self.rows_around();
         let last_column = self.eighth() - 1;
+        let c: Vec<f64> = (0..=rows).map(|i| -self.angle(i).sin()).collect();
         let tan: Vec<f64> = (0..=rows).map(|i| self.tan(i)).collect();
         let edges: Vec<f64> = (0..=side).map(|j| (j as f64 / side as f64).atan()).collect();
         let line = |i: usize| {
@@ -198,10 +217,11 @@ impl<'a> Quarters<'a> {
                 let next = edges[texel + 1].min(next_column).min(next_row).max(psi);
                 let w_next = if next == next_row { w(next, tan[row]) } else { w(next, tau * next.cos()) };
                 if next > psi {
-                    let (d_phi, d_c) = (next - psi, -arc(w_here, w_next));
+                    let d_phi = next - psi;
+                    let d_c = c[row] * d_phi + arc(w_here, w_next);
                     // The face's border may be a column's, to rounding.
-                    let column = last_column.min(column) as u16;
-                    pieces.push(Piece { row: row as u16, column, texel: texel as u16, d_phi, d_c });
+                    let [row, column, line, texel] = [row, last_column.min(column), i - 1, texel].map(|v| v as u16);
+                    pieces.push(Piece { row, column, line, texel, d_phi, d_c });
                 }
                 (psi, w_here) = (next, w_next);
                 if next_row <= psi && row > 0 {
@@ -216,16 +236,14 @@ impl<'a> Quarters<'a> {
             }
             pieces
         };
-        let lines = (1..=side).into_par_iter().map(line).collect();
-        Geometry { lines, c: (0..=rows).map(|i| -self.angle(i).sin()).collect() }
+        Geometry::new(side, line, &c)
     }
 
     /// The lines x = g on a quarter of a polar face, z from 0 to 1.
     fn polar(&self) -> Geometry {
         let (side, quarter) = (self.side, self.source.width as usize / 4);
-        // The corner of a face is at θ = acos(1/√3) = 0.304 π.
-        let height = self.source.height as usize;
-        let rows = ((height as f64 * 0.305).ceil() as usize + 1).min(height);
+        let rows = self.rows_polar();
+        let c: Vec<f64> = (0..=rows).map(|i| self.angle(i).cos()).collect();
         let tan_squared: Vec<f64> = (0..=rows).map(|i| self.tan(i).powi(2)).collect();
         let meridian_tan = |j: usize| {
             if j < quarter { (TAU * j as f64 / f64::from(self.source.width)).tan() } else { f64::INFINITY }
@@ -246,8 +264,9 @@ impl<'a> Quarters<'a> {
                 let w_next = w(next);
                 if next > z {
                     let d_phi = arc(0.0, g * (next - z) / (g2 + z * next));
-                    let d_c = arc(w_here, w_next);
-                    pieces.push(Piece { row: row as u16, column: column as u16, texel: texel as u16, d_phi, d_c });
+                    let d_c = c[row] * d_phi - arc(w_here, w_next);
+                    let [row, column, line, texel] = [row, column, i - 1, texel].map(|v| v as u16);
+                    pieces.push(Piece { row, column, line, texel, d_phi, d_c });
                 }
                 (z, w_here) = (next, w_next);
                 if next_row <= z {
@@ -262,115 +281,131 @@ impl<'a> Quarters<'a> {
             }
             pieces
         };
-        let lines = (1..=side).into_par_iter().map(line).collect();
-        Geometry { lines, c: (0..=rows).map(|i| self.angle(i).cos()).collect() }
+        Geometry::new(side, line, &c)
     }
 
-    /// Integrals over the texels of a quarter of a side face, whose centre is `turn` quarters from azimuth 0: first by i from
-    /// the equator, then by j from the middle. Bit 0 of `quarter`: azimuth falls; bit 1: below the equator. `false` where the
+    /// Goes through a side face whose centre is `turn` quarters from azimuth 0. A quarter's lines count from the equator and
+    /// its texels from the middle. Bit 0 of a quarter's number: azimuth falls; bit 1: below the equator. `false` where the
     /// work was cancelled.
-    fn of_side_quarter(
-        &self,
-        Scratch { field, integrals: [integrals, _] }: &mut Scratch,
-        geometry: &Geometry,
-        turn: usize,
-        quarter: usize,
-        watch: &Watch,
-    ) -> bool {
+    fn side_face(&self, quarters: &mut [Quarter; 4], geometry: &Geometry, turn: usize, watch: &Watch) -> bool {
         let (width, equator) = (self.source.width as usize, self.source.height as usize / 2);
         let middle = self.first_column + turn * width / 4;
-        let column = |j: usize| if quarter & 1 == 0 { middle + j } else { middle + width - 1 - j };
-        let row = |i: usize| if quarter & 2 == 0 { equator - 1 - i } else { equator + i };
-        let columns: Vec<usize> = (0..self.eighth()).map(|j| column(j) % width).collect();
-        field.load(self.source, &geometry.c, row, &columns);
-        let n = self.side;
-        zero(integrals, n * n);
-        for (i, line) in geometry.lines.iter().enumerate() {
-            if watch.cancelled() {
-                return false;
-            }
-            field.along(line, false, |j, edge| add_edge(integrals, n, i, j, edge));
+        for (number, quarter) in quarters.iter_mut().enumerate() {
+            let column = |j: usize| if number & 1 == 0 { middle + j } else { middle + width - 1 - j };
+            quarter.start((0..self.eighth()).map(|j| column(j) % width), self.side, false);
         }
-        true
+        let row = |number: usize, i: usize| if number & 2 == 0 { equator - 1 - i } else { equator + i };
+        geometry.go_through(quarters, self.source, row, watch)
     }
 
-    /// The same of a polar face: first by i along the axis where `quarter` starts, then by j along the one where it ends.
-    fn of_polar_quarter(
+    /// The same of a polar face. Lines lie along the axis where a quarter starts, those of its mirror image along the one where
+    /// it ends.
+    fn polar_face(&self, quarters: &mut [Quarter; 4], geometry: &Geometry, north: bool, watch: &Watch) -> bool {
+        let (width, height) = (self.source.width as usize, self.source.height as usize);
+        for (number, quarter) in quarters.iter_mut().enumerate() {
+            let first = self.first_column + number * width / 4;
+            quarter.start((0..width / 4).map(|j| (first + j) % width), self.side, true);
+        }
+        let row = |_, i: usize| if north { i } else { height - 1 - i };
+        geometry.go_through(quarters, self.source, row, watch)
+    }
+}
+
+impl Geometry {
+    /// `line` gives the pieces of a line, `c` has a value more than there are rows.
+    fn new(side: usize, line: impl Fn(usize) -> Vec<Piece> + Send + Sync, c: &[f64]) -> Self {
+        let lines: Vec<Vec<Piece>> = (1..=side).into_par_iter().map(line).collect();
+        let mut rows: Vec<Row> = c.windows(2).map(|c| Row { pieces: 0, drop: c[0] - c[1] }).collect();
+        // By counting: they are many and the rows few.
+        lines.iter().flatten().for_each(|piece| rows[usize::from(piece.row)].pieces += 1);
+        let (mut places, mut end) = (vec![], 0);
+        for row in &rows {
+            places.push(end);
+            end += row.pieces;
+        }
+        let mut pieces = vec![Piece::default(); end];
+        for piece in lines.iter().flatten() {
+            let place = &mut places[usize::from(piece.row)];
+            pieces[*place] = *piece;
+            *place += 1;
+        }
+        Self { side, pieces, rows }
+    }
+
+    /// Adds up the edges' integrals. `row` finds a quarter's row in the source.
+    fn go_through(
         &self,
-        Scratch { field, integrals: [integrals, of_mirrored] }: &mut Scratch,
-        geometry: &Geometry,
-        north: bool,
-        quarter: usize,
+        quarters: &mut [Quarter; 4],
+        source: &Equirect,
+        row: impl Fn(usize, usize) -> usize,
         watch: &Watch,
     ) -> bool {
-        let (width, height) = (self.source.width as usize, self.source.height as usize);
-        let first = self.first_column + quarter * width / 4;
-        let columns: Vec<usize> = (0..width / 4).map(|j| (first + j) % width).collect();
-        let row = |i: usize| if north { i } else { height - 1 - i };
-        field.load(self.source, &geometry.c, row, &columns);
-        let n = self.side;
-        zero(integrals, n * n);
-        zero(of_mirrored, n * n);
-        for (i, line) in geometry.lines.iter().enumerate() {
+        let mut rest = self.pieces.as_slice();
+        for (i, Row { pieces, drop }) in self.rows.iter().enumerate() {
             if watch.cancelled() {
                 return false;
             }
-            for (mirrored, sums) in [(false, &mut *integrals), (true, &mut *of_mirrored)] {
-                field.along(line, mirrored, |j, edge| add_edge(sums, n, i, j, edge));
+            let pieces = rest.split_off(..*pieces).expect("counted");
+            for (number, quarter) in quarters.iter_mut().enumerate() {
+                let texels = source.row(row(number, i) as u32);
+                quarter.step(texels, pieces, *drop, self.side);
             }
-        }
-        for (index, sum) in integrals.iter_mut().enumerate() {
-            let mirrored = of_mirrored[index % n * n + index / n];
-            (0..3).for_each(|k| sum[k] += mirrored[k]);
         }
         true
     }
 }
 
-impl Field {
-    /// The rows are those between the values of `c`.
-    fn load(&mut self, source: &Equirect, c: &[f64], row: impl Fn(usize) -> usize, columns: &[usize]) {
-        self.columns = columns.len();
-        self.cells.clear();
-        self.cells.reserve((c.len() - 1) * columns.len());
-        let mut sums = vec![[0f64; 3]; columns.len()];
-        for (i, c) in c.windows(2).enumerate() {
-            let texels = source.row(row(i) as u32);
-            self.cells.extend(sums.iter_mut().zip(columns).map(|(sum, column)| {
-                let light = texels[*column];
-                let below = std::array::from_fn(|k| sum[k] + f64::from(light[k]) * c[0]);
-                (0..3).for_each(|k| sum[k] += f64::from(light[k]) * (c[0] - c[1]));
-                Cell { below, light }
-            }));
-        }
+impl Piece {
+    /// Adds ∫ G dφ, from S before the row and the radiance.
+    fn add(&self, sum: &Rgb, light: &[f32; 3], edge: &mut Rgb) {
+        (0..3).for_each(|k| edge[k] += sum[k] * self.d_phi + f64::from(light[k]) * self.d_c);
+    }
+}
+
+impl Quarter {
+    /// Before its first row, with `side` texels along its sides.
+    fn start(&mut self, columns: impl Iterator<Item = usize>, side: usize, has_mirror_image: bool) {
+        let zero = |values: &mut Vec<Rgb>, count: usize| {
+            values.clear();
+            values.resize(count, [0.0; 3]);
+        };
+        self.columns.clear();
+        self.columns.extend(columns);
+        zero(&mut self.sums, self.columns.len());
+        zero(&mut self.edges, side * side);
+        zero(&mut self.mirrored, if has_mirror_image { side * side } else { 0 });
     }
 
-    /// Calls `put` with the number of every texel along a line and ∫ G dφ over its edge; `mirrored` counts columns from the
-    /// other end.
-    fn along(&self, line: &[Piece], mirrored: bool, mut put: impl FnMut(usize, Rgb)) {
-        for pieces in line.chunk_by(|a, b| a.texel == b.texel) {
-            let mut edge = [0f64; 3];
-            for piece in pieces {
-                let column = usize::from(piece.column);
-                let column = if mirrored { self.columns - 1 - column } else { column };
-                let Cell { below, light } = &self.cells[usize::from(piece.row) * self.columns + column];
-                (0..3).for_each(|k| edge[k] += below[k] * piece.d_phi - f64::from(light[k]) * piece.d_c);
+    /// Adds what the pieces in a row of the picture have, and goes on to the next row.
+    fn step(&mut self, texels: &[[f32; 3]], pieces: &[Piece], drop: f64, side: usize) {
+        let Quarter { columns, sums, edges, mirrored } = self;
+        let last = columns.len() - 1;
+        for piece in pieces {
+            let at = usize::from(piece.line) * side + usize::from(piece.texel);
+            let column = usize::from(piece.column);
+            piece.add(&sums[column], &texels[columns[column]], &mut edges[at]);
+            if !mirrored.is_empty() {
+                let column = last - column;
+                piece.add(&sums[column], &texels[columns[column]], &mut mirrored[at]);
             }
-            put(usize::from(pieces[0].texel), edge);
+        }
+        for (sum, column) in sums.iter_mut().zip(columns) {
+            (0..3).for_each(|k| sum[k] += f64::from(texels[*column][k]) * drop);
         }
     }
-}
 
-/// As many zeros.
-fn zero(integrals: &mut Vec<Rgb>, count: usize) {
-    integrals.clear();
-    integrals.resize(count, [0.0; 3]);
-}
-
-/// Adds the integral along an edge on line `i` to the texel before the line, and takes it from the one behind.
-fn add_edge(integrals: &mut [Rgb], n: usize, i: usize, j: usize, edge: Rgb) {
-    (0..3).for_each(|k| integrals[i * n + j][k] += edge[k]);
-    if i + 1 < n {
-        (0..3).for_each(|k| integrals[(i + 1) * n + j][k] -= edge[k]);
+    /// Over texel (i, j): between lines i and i + 1, along them the j-th.
+    fn integral(&self, side: usize, i: usize, j: usize) -> Rgb {
+        // Nothing is left of line 0, the quarter's border: there S is 0 and neighbours share it.
+        let between = |edges: &[Rgb], i: usize, j: usize| -> Rgb {
+            let before = if i > 0 { edges[(i - 1) * side + j] } else { [0.0; 3] };
+            std::array::from_fn(|k| edges[i * side + j][k] - before[k])
+        };
+        let integral = between(&self.edges, i, j);
+        if self.mirrored.is_empty() {
+            return integral;
+        }
+        let of_mirror_image = between(&self.mirrored, j, i);
+        std::array::from_fn(|k| integral[k] + of_mirror_image[k])
     }
 }

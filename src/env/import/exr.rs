@@ -5,13 +5,16 @@
 //! is held once.
 
 use std::io::BufReader;
+use std::sync::{Mutex, PoisonError};
 
 use exr::block::UncompressedBlock;
+use exr::block::chunk::Chunk;
 use exr::block::reader::ChunksReader;
 use exr::meta::header::Header;
 use exr::prelude as ex;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
 
 use super::watched::Watched;
 use super::{Job, Plane};
@@ -81,22 +84,16 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
     // The rest of the display window is black and in no file, but takes memory.
     job.plausible((width * height) as u64, length, DEFLATE_RATIO)?;
     let mut texels = vec![[0f32; 3]; width * height];
-    let compression = Some(header.compression);
-    let wanted = |_: &exr::meta::MetaData, _, block: exr::block::BlockIndex| {
-        block.layer == choice.part && block.level == ex::Vec2(0, 0)
-    };
-    let chunks = reader.filter_chunks(false, wanted).map_err(|e| refuse(job, compression, e))?;
-    let mut filled = 0;
-    // Of a line, as they lie in the file and as floats.
-    let (mut halves, mut values): (Vec<f16>, Vec<f32>) = (vec![], vec![]);
-    let mut store = |_: &exr::meta::MetaData, block: UncompressedBlock| {
-        filled += block.index.pixel_size.area();
+    // Blocks are decompressed and stored side by side; tiles share rows.
+    let rows: Vec<_> = texels.chunks_exact_mut(width).map(Mutex::new).collect();
+    let store = |block: UncompressedBlock| {
+        // Of a line, as they lie in the file and as floats.
+        let (mut halves, mut values): (Vec<f16>, Vec<f32>) = (vec![], vec![]);
         for line in block.lines(&header.channels) {
             let row = line.location.position.1 as i64 + offset[1];
             if row < 0 || row >= height as i64 || !choice.channels.contains(&line.location.channel) {
                 continue;
             }
-            let row = &mut texels[row as usize * width..][..width];
             let bytes = line.value;
             values.clear();
             match header.channels.list[line.location.channel].sample_type {
@@ -112,14 +109,35 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
             // What lies outside of the display window is left out.
             let first = line.location.position.0 as i64 + offset[0];
             let inside = values.get(usize::try_from(-first).unwrap_or(0)..).unwrap_or(&[]);
+            let mut row = rows[row as usize].lock().unwrap_or_else(PoisonError::into_inner);
             let row = row.get_mut(usize::try_from(first).unwrap_or(0)..).unwrap_or(&mut []);
             for (c, _) in choice.channels.iter().enumerate().filter(|(_, channel)| **channel == line.location.channel) {
                 row.iter_mut().zip(inside).for_each(|(texel, value)| texel[c] = *value);
             }
         }
-        Ok(())
     };
-    chunks.decompress_parallel(false, &mut store).map_err(|e| refuse(job, compression, e))?;
+    let compression = Some(header.compression);
+    let wanted = |_: &exr::meta::MetaData, _, block: exr::block::BlockIndex| {
+        block.layer == choice.part && block.level == ex::Vec2(0, 0)
+    };
+    let mut chunks = reader.filter_chunks(false, wanted).map_err(|e| refuse(job, compression, e))?;
+    let meta = chunks.meta_data().clone();
+    let mut filled = 0;
+    // A few for every thread at a time: a cancel is seen between them, and memory is bounded.
+    loop {
+        let batch: Vec<_> = chunks.by_ref().take(4 * rayon::current_num_threads()).collect();
+        if batch.is_empty() {
+            break;
+        }
+        let decompressed = |chunk: ex::Result<Chunk>| {
+            let block = UncompressedBlock::decompress_chunk(chunk?, &meta, false)?;
+            let area = block.index.pixel_size.area();
+            store(block);
+            Ok(area)
+        };
+        let areas: ex::Result<Vec<usize>> = batch.into_par_iter().map(decompressed).collect();
+        filled += areas.map_err(|e| refuse(job, compression, e))?.iter().sum::<usize>();
+    }
     if filled != data.size.area() {
         return Err(job.damaged("OpenEXR", "blocks are missing"));
     }

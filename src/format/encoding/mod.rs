@@ -505,33 +505,45 @@ impl WithSimd for Comparison<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> (Losses, usize) {
         let (least, most) = (*self.range.start(), *self.range.end());
-        let mut lanes = [Losses::default(); LANES];
-        let mut held = [0.0; LANES];
+        // Sum by sum, so that the lanes of each lie together.
+        let mut max_abs = [0.0; LANES];
+        let mut max_rel = [0.0; LANES];
+        let [mut squares, mut squared_values, mut squared_ratios] = [[0.0; LANES]; 3];
+        let [mut ratios, mut held] = [[0.0; LANES]; 2];
         let (values, last_values) = self.values.as_chunks::<LANES>();
         let (stored, last_stored) = self.stored.as_chunks::<LANES>();
         // What fills up the last lanes is not held.
         let (mut last, mut last_of_stored) = ([f32::NAN; LANES], [0.0; LANES]);
         last[..last_values.len()].copy_from_slice(last_values);
         last_of_stored[..last_stored.len()].copy_from_slice(last_stored);
-        for (values, stored) in values.iter().chain([&last]).zip(stored.iter().chain([&last_of_stored])) {
+        let mut compare = |values: &[f32; LANES], stored: &[f32; LANES]| {
             for i in 0..LANES {
                 let is_held = values[i] >= least && values[i] <= most;
                 let value = if is_held { f64::from(values[i].abs()) } else { 0.0 };
                 let error = if is_held { (f64::from(stored[i]) - f64::from(values[i])).abs() } else { 0.0 };
                 let is_normal = value >= f64::from(f16::MIN_POSITIVE);
                 let ratio = if is_normal { error / value } else { 0.0 };
-                let lane = &mut lanes[i];
-                lane.max_abs = if error > lane.max_abs { error } else { lane.max_abs };
-                lane.squares += error * error;
-                lane.squared_values += value * value;
-                lane.max_rel = if ratio > lane.max_rel { ratio } else { lane.max_rel };
-                lane.squared_ratios += ratio * ratio;
-                lane.ratios += if is_normal { 1.0 } else { 0.0 };
+                max_abs[i] = if error > max_abs[i] { error } else { max_abs[i] };
+                squares[i] += error * error;
+                squared_values[i] += value * value;
+                max_rel[i] = if ratio > max_rel[i] { ratio } else { max_rel[i] };
+                squared_ratios[i] += ratio * ratio;
+                ratios[i] += if is_normal { 1.0 } else { 0.0 };
                 held[i] += if is_held { 1.0 } else { 0.0 };
             }
-        }
+        };
+        values.iter().zip(stored).for_each(|(values, stored)| compare(values, stored));
+        compare(&last, &last_of_stored);
+        let lane = |i: usize| Losses {
+            max_abs: max_abs[i],
+            max_rel: max_rel[i],
+            squares: squares[i],
+            squared_values: squared_values[i],
+            squared_ratios: squared_ratios[i],
+            ratios: ratios[i],
+        };
         let held: f64 = held.iter().sum();
-        (lanes.into_iter().fold(Losses::default(), Losses::and), self.values.len() - held as usize)
+        ((0..LANES).map(lane).fold(Losses::default(), Losses::and), self.values.len() - held as usize)
     }
 }
 
