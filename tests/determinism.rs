@@ -11,6 +11,7 @@ use std::sync::Mutex;
 
 use brdf_baker::bake::Backend;
 use brdf_baker::bake::specular::SpecularRequest;
+use brdf_baker::bake::specular_gpu::Limits;
 use brdf_baker::env::import::{self, Options};
 use brdf_baker::format::{Format, Ktx2};
 use brdf_baker::progress::ignore;
@@ -157,7 +158,10 @@ fn slices_do_not_change_an_environment() {
             let request = SpecularRequest { kernel: kernel.into(), size: Some(16), ..SpecularRequest::default() };
             let job = request.resolve().expect("sound");
             let prepared = job.prepare(lamp.clone(), None, &mut ignore).expect("nobody cancels");
-            let bake = |slice| job.on_gpu(&prepared, gpu, Some(slice), &mut ignore).expect("baked");
+            let bake = |slice| {
+                let limits = Limits { blocks: Some(slice), ..Limits::default() };
+                job.on_gpu(&prepared, gpu, limits, &mut ignore).expect("baked")
+            };
             let whole = bake(1 << 20);
             assert!(whole.iter().flatten().all(|v| v.is_finite()));
             for slice in [1, 7] {

@@ -7,6 +7,7 @@ use std::path::Path;
 use brdf_baker::Error;
 use brdf_baker::bake::Backend;
 use brdf_baker::bake::specular::{SpecularJob, SpecularRequest};
+use brdf_baker::bake::specular_gpu::Limits;
 use brdf_baker::env::Equirect;
 use brdf_baker::env::import::{self, Options};
 use brdf_baker::env::orientation::locate;
@@ -352,7 +353,7 @@ fn charlie_is_right_at_every_alpha_that_it_accepts() {
     let mut random = Random(9);
     for alpha in [charlie.least_alpha.unwrap(), 1.0 / 64.0, 0.03, 0.1, 0.3, 0.7, 1.0] {
         let job = kernel_job("charlie", 256, "linear");
-        let lobe = brdf_baker::bake::specular::Lobe::new(charlie, alpha, job.precision);
+        let lobe = brdf_baker::bake::specular_walk::Lobe::new(charlie, alpha, job.precision);
         let prepared = job.prepare(&source, None, &mut ignore).unwrap();
         let (mut squares, mut worst) = (0.0, 0.0f64);
         const TEXELS: u32 = 16;
@@ -604,6 +605,39 @@ fn groups_walk_a_tree_in_parts_too() {
             differ |= a != b;
         }
         assert!(differ && worst < 0.02, "{worst}");
+    });
+}
+
+#[test]
+fn a_tree_in_many_buffers_is_the_same_tree() {
+    on_gpu(|backend| {
+        let Backend::Gpu(gpu) = backend else { unreachable!("it is one") };
+        let job = job(64, "linear");
+        let source = sun_sky(256);
+        let prepared = job.prepare(&source, None, &mut ignore).unwrap();
+        let bake = |limits| job.on_gpu(&prepared, gpu, limits, &mut ignore).unwrap();
+        let whole = bake(Limits::default());
+        let parts = bake(Limits { buffer_bytes: 1 << 18, ..Limits::default() });
+        assert!(prepared.tree.nodes.len() > 10 << 12, "{} nodes fit into few buffers", prepared.tree.nodes.len());
+        // Parents that no buffer has whole are looked at through their children, which is finer.
+        let (mut worst, mut differ) = (0.0f32, false);
+        for (a, b) in whole.iter().flatten().zip(parts.iter().flatten()) {
+            worst = worst.max((a / b - 1.0).abs());
+            differ |= a != b;
+        }
+        println!("{} nodes in buffers of 4,096: worst {worst:.1e}", prepared.tree.nodes.len());
+        assert!(differ && worst < 1e-4, "{worst:e}");
+        // Nothing can be shared there, and nothing is.
+        let request = SpecularRequest { size: Some(256), quality: "draft".into(), ..Default::default() };
+        let job = request.resolve().unwrap();
+        let prepared = job.prepare(&source, None, &mut ignore).unwrap();
+        let bake = |limits| job.on_gpu(&prepared, gpu, limits, &mut ignore).unwrap();
+        let shared = bake(Limits::default());
+        let alone = bake(Limits { buffer_bytes: 1 << 18, ..Limits::default() });
+        let ratios = shared.iter().flatten().zip(alone.iter().flatten()).map(|(a, b)| (a / b - 1.0).abs());
+        let worst = ratios.fold(0.0, f32::max);
+        println!("shared, and in many buffers: worst {worst:.1e}");
+        assert!(worst < 0.02, "{worst:e}");
     });
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// A filtered environment: the walk of src/bake/specular.rs, which explains it. One invocation is a block of 4 x 4 texels.
+// A filtered environment: the walk of src/bake/specular_walk.rs, which explains it. One invocation is a block of 4 x 4 texels.
 //
 // Written for the cost of software Vulkan too, where both sides of every branch are executed and only loops are left
 // early: the search for the next node is a small loop of its own. Such drivers may also stop, without a word, after

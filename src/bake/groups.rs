@@ -2,7 +2,7 @@
 //! Groups of 16 × 16 texels of a filtered mip, which take what is far from them together: at 4 × 4 points, from which their
 //! texels are interpolated.
 //!
-//! Seen from some half diagonals of the group away ([`super::specular::Precision::far`]), a lobe with a tail like GGX's changes
+//! Seen from some half diagonals of the group away ([`super::specular_walk::Precision::far`]), a lobe with a tail like GGX's changes
 //! so evenly over the group that a bicubic polynomial follows it: with K ~ δ⁻⁴ and Chebyshev's points the error is
 //! 35/8 (ρ/δ)⁴ of a node's part at worst, ρ half a side and δ the node's distance. That is 1.4 % at three half diagonals and
 //! 0.08 % at six; a texel that has its light from there alone is as wrong, most have it from all sides. Two fifths of the nodes
@@ -17,7 +17,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::specular::{Lobe, Prepared, SpecularJob};
+use super::specular::{Prepared, SpecularJob};
+use super::specular_walk::Lobe;
 use crate::env::orientation::normalized;
 use crate::env::projection::Projection;
 use crate::env::tree::Node;

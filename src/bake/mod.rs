@@ -27,6 +27,8 @@ mod skin;
 pub mod slice_axis;
 pub(crate) mod slices;
 pub mod specular;
+pub mod specular_gpu;
+pub mod specular_walk;
 mod split_sum;
 mod stored;
 mod turquin;

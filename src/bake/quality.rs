@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! How finely an environment is filtered: points on the curve of error against time.
 
-use super::specular::Precision;
+use super::specular_walk::Precision;
 use crate::error::{Error, Result, nearest};
 
 /// A named precision with what it keeps, measured over the scenes of `tests/environment.rs` with a factor of about two
