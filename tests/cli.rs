@@ -136,8 +136,19 @@ fn blocks_of_a_sky_keep_filtered_radiance_to_one_per_cent() {
     let parts = [0.75, 0.1875].iter().zip(&mips[1..]).map(|(share, mip)| share * per_cent(mip, "relative_rms").powi(2));
     assert!(parts.sum::<f64>() < relative.powi(2));
 
+    // Half as much at twice the size, which is what is baked unless told otherwise.
+    let line =
+        succeeds(here, &["env", "sky.exr", "-o", "large.ktx2", "--encoding", "bc6h", "--bc-quality", "fast", "--json"]);
+    let large: serde_json::Value = serde_json::from_str(&line).unwrap();
+    assert_eq!(large["size"], 512);
+    assert!(per_cent(&large["rounding_filtered"], "relative_rms") < 0.75 * relative, "{large}");
+
     // The same in words, and in the file.
     let text = succeeds(here, &env);
+    let help = "a larger --size loses less";
+    assert!(!text.contains(help), "{text}");
+    let small = succeeds(here, &["env", "sky.exr", "-o", "small.ktx2", "--encoding", "bc6h", "--size", "32"]);
+    assert!(small.contains(help), "{small}");
     let expected = format!("\n  mips 1-7   bc6h loses {relative:.2} % of each value (relative rms), ");
     assert!(text.contains(&expected), "{text}");
     assert_eq!(text.lines().filter(|line| line.contains("bc6h loses")).count(), 9, "{text}");

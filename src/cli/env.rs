@@ -11,11 +11,11 @@ use brdf_baker::env::FileAxes;
 use brdf_baker::env::import::{self, Imported, Options};
 use brdf_baker::env::projection::Projection;
 use brdf_baker::env::sh::{self, Window};
-use brdf_baker::format::{self, Encoding, Format, Loss, Output, Rounding, Storage, harmonics};
+use brdf_baker::format::{self, Encoding, Format, Loss, Output, Repr, Rounding, Storage, harmonics};
 use brdf_baker::progress::Progress;
 use brdf_baker::recipe::Origin;
 use brdf_baker::target::{self, Choice, EnvironmentPreset, Target};
-use brdf_baker::term::zonal::ZONALS;
+use brdf_baker::term::zonal::{self, ZONALS};
 use brdf_baker::texture::Texture;
 use brdf_baker::verify::environment::{self, Summary};
 use brdf_baker::{Error, Result};
@@ -28,6 +28,11 @@ use super::storage::{self, StorageArgs};
 
 /// Texels along an edge of the irradiance unless told otherwise.
 const DIFFUSE_SIZE: u32 = 64;
+/// Texels along an edge in blocks of bc6h, unless told otherwise: half the bytes of 256 in half floats, and filtered mips of
+/// photographs keep to [`MUCH`].
+const SIZE_IN_BLOCKS: u32 = 512;
+/// A root mean square of relative losses that blocks of filtered mips should not exceed.
+const MUCH: f64 = 0.01;
 
 #[derive(clap::Args)]
 pub struct EnvArgs {
@@ -47,7 +52,7 @@ pub struct EnvArgs {
     /// Layout: six faces, a picture twice as wide as high, or an octahedral square with +Y in the middle [default: cube]
     #[arg(long, value_name = "cube|equirect|octahedral|playcanvas-atlas")]
     shape: Option<String>,
-    /// Texels along an edge of mip 0; the height of an equirect [default: 256, 64 for lambert]
+    /// Texels along an edge of mip 0; the height of an equirect [default: 256, 512 with bc6h, 64 for lambert]
     #[arg(long, value_name = "N")]
     size: Option<u32>,
     /// Number of mips, mip 0 included [default: down to one texel]
@@ -303,9 +308,13 @@ impl EnvArgs {
             Stored { given: self.encoding.as_deref().map(Encoding::parse).transpose()?, preset, args: &self.storage };
         let mut choice = Choice::of(target);
         let shape = choice.pick("shape", self.shape, preset.map(|p| p.shape.into()), "cube".into());
-        let size = choice.pick("size", self.size.map(Some), preset.map(|p| Some(p.size)), None);
+        let kernel = choice.pick("kernel", self.kernel, preset.map(|_| "ggx".into()), "ggx".into());
+        let is_in_blocks = stored.given.is_some_and(|e| e.repr == Repr::Bc6h) && shape != atlas::NAME;
+        let has_width = zonal::parse(&kernel).is_ok_and(|kernel| kernel.least_alpha.is_some());
+        let default = (is_in_blocks && has_width).then_some(SIZE_IN_BLOCKS);
+        let size = choice.pick("size", self.size.map(Some), preset.map(|p| Some(p.size)), default);
         let request = SpecularRequest {
-            kernel: choice.pick("kernel", self.kernel, preset.map(|_| "ggx".into()), "ggx".into()),
+            kernel,
             mips: choice.pick("mips", self.mips.map(Some), preset.zip(size).map(|(p, n)| Some(p.mips.of(n))), None),
             roughness_law: choice.pick(
                 "roughness-law",
@@ -418,7 +427,8 @@ impl EnvPlan {
     }
 }
 
-/// A line a mip on what an encoding whose loss depends on the texels did to them, and one on the filtered mips together.
+/// A line a mip on what an encoding whose loss depends on the texels did to them, and one on the filtered mips together, with
+/// the way out where they lose much.
 fn losses(encoding: &str, rounding: &Rounding) -> String {
     let line = |name: String, loss: &Loss| {
         format!(
@@ -430,7 +440,9 @@ fn losses(encoding: &str, rounding: &Rounding) -> String {
     };
     let mips = rounding.levels.iter().enumerate().map(|(i, loss)| line(format!("mip {i}"), loss));
     let filtered = rounding.filtered.iter().map(|loss| line(format!("mips 1-{}", rounding.levels.len() - 1), loss));
-    mips.chain(filtered).collect()
+    let is_much = rounding.filtered.is_some_and(|loss| loss.rms_rel > MUCH);
+    let help = is_much.then(|| "\n  a larger --size loses less: twice the size about half".to_string());
+    mips.chain(filtered).chain(help).collect()
 }
 
 fn loss_json(loss: &Loss) -> Value {
