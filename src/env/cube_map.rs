@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A cube of radiance: six faces of one size.
 
-use super::orientation;
+use std::borrow::Cow;
+
+use super::{Picture, orientation};
 use crate::term::cube::direction;
 
 /// Six square faces of linear radiance, +X −X +Y −Y +Z −Z, with the axes of [`crate::term::cube`].
@@ -52,14 +54,7 @@ impl CubeMap {
 
     /// Mean radiance over the sphere, per channel.
     pub fn mean(&self) -> [f64; 3] {
-        let weights = Self::solid_angles_sr(self.size);
-        let mut sum = [0.0; 3];
-        for face in self.texels.chunks_exact(weights.len()) {
-            for (texel, weight) in face.iter().zip(&weights) {
-                sum.iter_mut().zip(texel).for_each(|(s, v)| *s += weight * f64::from(*v));
-            }
-        }
-        sum.map(|s| s / (4.0 * std::f64::consts::PI))
+        Picture::Cube(Cow::Borrowed(self)).mean()
     }
 }
 

@@ -15,8 +15,6 @@
 
 use std::borrow::Cow;
 
-use rayon::prelude::*;
-
 pub mod area;
 mod cube_map;
 mod file_axes;
@@ -27,11 +25,13 @@ pub mod projection;
 pub mod resample;
 pub mod sh;
 pub mod sky;
+mod survey;
 pub mod tree;
 
 pub use cube_map::CubeMap;
 pub use file_axes::FileAxes;
 pub use frame::Frame;
+pub use survey::Survey;
 
 /// A picture, owned or borrowed, and how it is turned.
 #[derive(Clone, Debug)]
@@ -69,10 +69,7 @@ impl Picture<'_> {
 
     /// Mean radiance over the sphere, per channel.
     pub fn mean(&self) -> [f64; 3] {
-        match self {
-            Picture::Equirect(picture) => picture.mean(),
-            Picture::Cube(picture) => picture.mean(),
-        }
+        Survey::of(self).mean
     }
 
     /// Every texel, in the order of the picture.
@@ -195,27 +192,7 @@ impl Equirect {
 
     /// Mean radiance over the sphere, per channel.
     pub fn mean(&self) -> [f64; 3] {
-        let of_row = |y: u32| {
-            // Four sums that do not wait for each other.
-            let mut sums = [0.0; 12];
-            let (texels, last) = self.row(y).as_chunks::<4>();
-            for texels in texels {
-                let values = texels.as_flattened();
-                (0..12).for_each(|i| sums[i] += f64::from(values[i]));
-            }
-            for texel in last {
-                (0..3).for_each(|c| sums[c] += f64::from(texel[c]));
-            }
-            [0, 1, 2].map(|c| sums[c] + sums[3 + c] + (sums[6 + c] + sums[9 + c]))
-        };
-        // Added in order, so that the same sum comes out on any number of threads.
-        let of_rows: Vec<[f64; 3]> = (0..self.height).into_par_iter().map(of_row).collect();
-        let mut sum = [0.0; 3];
-        for (y, of_row) in (0..self.height).zip(of_rows) {
-            let solid_angle = self.solid_angle_sr(y);
-            (0..3).for_each(|c| sum[c] += solid_angle * of_row[c]);
-        }
-        sum.map(|s| s / (4.0 * std::f64::consts::PI))
+        Picture::Equirect(Cow::Borrowed(self)).mean()
     }
 }
 

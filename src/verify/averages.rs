@@ -8,10 +8,10 @@
 
 use rayon::prelude::*;
 
-use super::environment::{Extent, MipError, brightest, chosen};
+use super::environment::{Extent, MipError, chosen};
 use crate::bake::specular::SpecularJob;
-use crate::env::Environment;
 use crate::env::projection::Projection;
+use crate::env::{Environment, Survey};
 use crate::error::Result;
 use crate::progress::{OnProgress, watched};
 use crate::texture::Texture;
@@ -31,12 +31,14 @@ pub fn check(
     extent: Extent,
     on: &mut OnProgress<'_>,
 ) -> Result<MipError> {
-    let texels = chosen(job, 0, source.frame.from_picture(brightest(&source.picture)), extent);
+    let Survey { mean: whole, brightest, .. } = Survey::of(&source.picture);
+    let brightest = source.frame.from_picture(source.picture.direction(brightest));
+    let texels = chosen(job, 0, brightest, extent);
     let expected = watched(on, "checking mip 0", texels.len(), |watch| -> Vec<_> {
         let of_texel = |texel: &[u32; 3]| if watch.cancelled() { [[0.0; 2]; 3] } else { mean(job, source, *texel) };
         texels.par_iter().map(of_texel).collect()
     })?;
-    let floor = 1e-9 * source.picture.mean().iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let floor = 1e-9 * whole.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let (mut squares, mut max) = (0.0, 0.0f64);
     let (mut gained, mut whole) = (0.0, 0.0);
     for ([face, x, y], expected) in texels.iter().zip(&expected) {

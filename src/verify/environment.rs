@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::cube_truth::CubeTruth;
 use crate::bake::quality::Quality;
 use crate::bake::specular::SpecularJob;
-use crate::env::{Environment, Equirect, Frame, Picture};
+use crate::env::{Environment, Equirect, Frame, Picture, Survey};
 use crate::error::Result;
 use crate::progress::{OnProgress, watched};
 use crate::term::zonal::{Peak, Zonal};
@@ -94,10 +94,11 @@ pub fn check<'a>(
     on: &mut OnProgress<'_>,
 ) -> Result<Vec<MipError>> {
     let Environment { picture, frame } = source.into();
-    let brightest = frame.from_picture(brightest(&picture));
+    let Survey { mean, brightest, .. } = Survey::of(&picture);
+    let brightest = frame.from_picture(picture.direction(brightest));
     let truth = AnyTruth::new(&picture);
     // A channel that is black in the source compares with this instead of 0.
-    let floor = 1e-9 * picture.mean().iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let floor = 1e-9 * mean.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     // All mips at once: each has but a few texels for all threads.
     let chosen: Vec<_> = job.filtered().map(|mip| (mip, chosen(job, mip, brightest, extent))).collect();
     let all: Vec<_> = chosen.iter().flat_map(|(mip, texels)| texels.iter().map(move |t| (*mip, *t))).collect();
@@ -131,18 +132,6 @@ pub fn check<'a>(
 pub fn expected(job: &SpecularJob, source: &Environment<'_>, mip: u32, texels: &[[u32; 3]]) -> Vec<[f64; 3]> {
     let texels: Vec<_> = texels.iter().map(|texel| (mip, *texel)).collect();
     AnyTruth::new(&source.picture).texels(job, &source.frame, &texels, &|| true)
-}
-
-/// The direction of the brightest texel: the first of them.
-pub(super) fn brightest(picture: &Picture<'_>) -> [f64; 3] {
-    const CHUNK: usize = 1 << 14;
-    let sum = |t: &[f32; 3]| t[0] + t[1] + t[2];
-    let of_chunk = |texels: &[[f32; 3]]| texels.iter().map(sum).fold(f32::MIN, f32::max);
-    let of_chunks: Vec<f32> = picture.texels().par_chunks(CHUNK).map(of_chunk).collect();
-    let most = of_chunks.iter().copied().fold(f32::MIN, f32::max);
-    let from = CHUNK * of_chunks.iter().position(|v| *v == most).expect("a picture has texels");
-    let within = picture.texels()[from..].iter().position(|t| sum(t) == most);
-    picture.direction(from + within.expect("its chunk has it"))
 }
 
 /// The truth of either kind of picture.

@@ -94,25 +94,25 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
             if row < 0 || row >= height as i64 || !choice.channels.contains(&line.location.channel) {
                 continue;
             }
-            let bytes = line.value;
-            values.clear();
+            let first = line.location.position.0 as i64 + offset[0];
+            let mut row = rows[row as usize].lock().unwrap_or_else(PoisonError::into_inner);
+            let of_channel = |c: &usize| choice.channels[*c] == line.location.channel;
             match header.channels.list[line.location.channel].sample_type {
                 ex::SampleType::F16 => {
                     halves.clear();
-                    halves.extend(bytes.as_chunks().0.iter().map(|b| f16::from_ne_bytes(*b)));
+                    halves.extend(line.value.as_chunks().0.iter().map(|b| f16::from_ne_bytes(*b)));
                     values.resize(halves.len(), 0.0);
                     halves.convert_to_f32_slice(&mut values);
+                    (0..3).filter(of_channel).for_each(|c| put(&mut row, c, first, values.iter().copied()));
                 }
-                ex::SampleType::F32 => values.extend(bytes.as_chunks().0.iter().map(|b| f32::from_ne_bytes(*b))),
-                ex::SampleType::U32 => values.extend(bytes.as_chunks().0.iter().map(|b| u32::from_ne_bytes(*b) as f32)),
-            }
-            // What lies outside of the display window is left out.
-            let first = line.location.position.0 as i64 + offset[0];
-            let inside = values.get(usize::try_from(-first).unwrap_or(0)..).unwrap_or(&[]);
-            let mut row = rows[row as usize].lock().unwrap_or_else(PoisonError::into_inner);
-            let row = row.get_mut(usize::try_from(first).unwrap_or(0)..).unwrap_or(&mut []);
-            for (c, _) in choice.channels.iter().enumerate().filter(|(_, channel)| **channel == line.location.channel) {
-                row.iter_mut().zip(inside).for_each(|(texel, value)| texel[c] = *value);
+                ex::SampleType::F32 => {
+                    let values = line.value.as_chunks().0.iter().map(|b| f32::from_ne_bytes(*b));
+                    (0..3).filter(of_channel).for_each(|c| put(&mut row, c, first, values.clone()));
+                }
+                ex::SampleType::U32 => {
+                    let values = line.value.as_chunks().0.iter().map(|b| u32::from_ne_bytes(*b) as f32);
+                    (0..3).filter(of_channel).for_each(|c| put(&mut row, c, first, values.clone()));
+                }
             }
         }
     };
@@ -142,6 +142,13 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
         return Err(job.damaged("OpenEXR", "blocks are missing"));
     }
     Ok(Plane { width: width as u32, height: height as u32, texels })
+}
+
+/// Puts a channel's values into a row of the display window, the first of them at column `first`. What lies outside is left out.
+fn put(row: &mut [[f32; 3]], channel: usize, first: i64, values: impl Iterator<Item = f32>) {
+    let before = usize::try_from(-first).unwrap_or(0);
+    let row = row.get_mut(usize::try_from(first).unwrap_or(0)..).unwrap_or(&mut []);
+    row.iter_mut().zip(values.skip(before)).for_each(|(texel, value)| texel[channel] = value);
 }
 
 /// Finds the colour channels.

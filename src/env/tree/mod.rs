@@ -33,7 +33,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::Picture;
+use super::{Picture, Survey};
 use crate::error::Result;
 use crate::progress::{OnProgress, tick, watched};
 pub use faces::{MAX_SIZE, face_and_corner};
@@ -232,14 +232,8 @@ impl Tree {
         on: &mut OnProgress<'_>,
     ) -> Result<Self> {
         tick(on, STAGE, 0.0)?;
-        let both = |a: [[f32; 3]; 2], b: [[f32; 3]; 2]| {
-            [std::array::from_fn(|k| a[0][k].min(b[0][k])), std::array::from_fn(|k| a[1][k].max(b[1][k]))]
-        };
-        let none = [[f32::MAX; 3], [0.0; 3]];
-        let of_chunk = |texels: &[[f32; 3]]| texels.iter().fold(none, |found, t| both(found, [*t, *t]));
-        let [least, most] = picture.texels().par_chunks(1 << 14).map(of_chunk).reduce(|| none, both);
+        let Survey { mean: whole, least, most, .. } = Survey::of(picture);
         let base = base.unwrap_or(least);
-        let whole = picture.mean();
         // What is left of a constant channel is rounding.
         let mean: [f64; 3] = std::array::from_fn(|k| {
             let mean = whole[k] - f64::from(base[k]);
