@@ -31,10 +31,28 @@ fn sum(texel: &[f32; 3]) -> f32 {
     texel[0] + texel[1] + texel[2]
 }
 
-/// `weights_sr` has a solid angle a texel, or one for all of them.
+/// `weights_sr` has a solid angle a texel, or one for all of them. The row stays in the nearest cache from loop to loop.
 fn of_row(texels: &[[f32; 3]], weights_sr: &[f64]) -> RowSurvey {
+    // Four texels at a time, whose figures do not wait for each other.
+    let (fours, rest) = texels.as_chunks::<4>();
+    let (mut sums, mut least, mut most) = ([0.0; 12], [f32::MAX; 12], [f32::MIN; 12]);
+    for values in fours.iter().map(|texels| texels.as_flattened()) {
+        for i in 0..12 {
+            sums[i] += f64::from(values[i]);
+            least[i] = if values[i] < least[i] { values[i] } else { least[i] };
+            most[i] = if values[i] > most[i] { values[i] } else { most[i] };
+        }
+    }
+    for texel in rest {
+        for c in 0..3 {
+            sums[c] += f64::from(texel[c]);
+            least[c] = least[c].min(texel[c]);
+            most[c] = most[c].max(texel[c]);
+        }
+    }
+    let of_channel = |c: usize| [c, 3 + c, 6 + c, 9 + c];
     let integral = match weights_sr {
-        [weight] => plain_sums(texels).map(|sum| weight * sum),
+        [weight] => [0, 1, 2].map(|c| weight * of_channel(c).iter().map(|i| sums[*i]).sum::<f64>()),
         weights => {
             let mut sums = [0.0; 3];
             for (texel, weight) in texels.iter().zip(weights) {
@@ -43,28 +61,12 @@ fn of_row(texels: &[[f32; 3]], weights_sr: &[f64]) -> RowSurvey {
             sums
         }
     };
-    let (mut least, mut most) = ([f32::MAX; 3], [f32::MIN; 3]);
-    for texel in texels {
-        for c in 0..3 {
-            least[c] = if texel[c] < least[c] { texel[c] } else { least[c] };
-            most[c] = if texel[c] > most[c] { texel[c] } else { most[c] };
-        }
+    RowSurvey {
+        integral,
+        least: [0, 1, 2].map(|c| of_channel(c).iter().map(|i| least[*i]).fold(f32::MAX, f32::min)),
+        most: [0, 1, 2].map(|c| of_channel(c).iter().map(|i| most[*i]).fold(f32::MIN, f32::max)),
+        peak: texels.iter().map(sum).fold(f32::MIN, |a, b| if b > a { b } else { a }),
     }
-    RowSurvey { integral, least, most, peak: texels.iter().map(sum).fold(f32::MIN, f32::max) }
-}
-
-/// Sums over a row, four at a time that do not wait for each other.
-fn plain_sums(texels: &[[f32; 3]]) -> [f64; 3] {
-    let mut sums = [0.0; 12];
-    let (texels, last) = texels.as_chunks::<4>();
-    for texels in texels {
-        let values = texels.as_flattened();
-        (0..12).for_each(|i| sums[i] += f64::from(values[i]));
-    }
-    for texel in last {
-        (0..3).for_each(|c| sums[c] += f64::from(texel[c]));
-    }
-    [0, 1, 2].map(|c| sums[c] + sums[3 + c] + (sums[6 + c] + sums[9 + c]))
 }
 
 impl Survey {

@@ -18,7 +18,7 @@
 //! - **Polar faces.** On the line x = g, tan² θ = g² + z², and ∫ c dφ = atan w with w = z/(g √(1 + g² + z²)). The line z = g
 //!   is its mirror image in the quarter.
 //!
-//! The quarters of a face are gone through row by row, so that S is wanted for one row of the picture at a time; a piece of an
+//! A quarter is gone through row by row of the picture, so that S is wanted for one row of the picture at a time; a piece of an
 //! edge adds S ∫ dφ + L ∫ (c_row − c) dφ.
 
 use std::f64::consts::{PI, TAU};
@@ -77,12 +77,14 @@ struct Row {
     drop: f64,
 }
 
-/// A quarter that is gone through.
+/// A quarter that is gone through. One after the other uses the same memory.
 #[derive(Default)]
 struct Quarter {
     /// Which columns of the picture it has, in its order.
     columns: Vec<usize>,
-    /// S before the row in each of them.
+    /// Their light in the row.
+    lights: Vec<[f32; 3]>,
+    /// S before the row.
     sums: Vec<Rgb>,
     /// ∫ G dφ over the edges of the texels, line by line.
     edges: Vec<Rgb>,
@@ -108,22 +110,22 @@ impl<'a> Quarters<'a> {
     pub fn cube(&self, on: &mut OnProgress<'_>) -> Result<Vec<f32>> {
         let n = 2 * self.side;
         let mut texels = vec![0f32; 6 * n * n * 3];
-        // The picture's rows on a face are its parts.
-        watched(on, STAGE, 4 * self.rows_around() + 2 * self.rows_polar(), |watch| {
+        // The picture's rows on a quarter are its parts.
+        watched(on, STAGE, 16 * self.rows_around() + 8 * self.rows_polar(), |watch| {
             let (around, polar) = rayon::join(|| self.around(), || self.polar());
             let solid_angles_sr = self.solid_angles_sr();
             // Half of the faces, one of them polar, for each of two threads.
             let faces =
                 texels.par_chunks_mut(n * n * 3).enumerate().with_min_len(6 / rayon::current_num_threads().min(6));
-            faces.for_each_init(<[Quarter; 4]>::default, |quarters, (face, out)| {
-                let done = match face {
-                    2 | 3 => self.polar_face(quarters, &polar, face == 2, watch),
-                    _ => self.side_face(quarters, &around, [0, 2, 0, 0, 1, 3][face], watch),
-                };
-                if !done {
-                    return;
-                }
-                for (number, quarter) in quarters.iter().enumerate() {
+            faces.for_each_init(Quarter::default, |quarter, (face, out)| {
+                for number in 0..4 {
+                    let done = match face {
+                        2 | 3 => self.through_polar(quarter, &polar, face == 2, number, watch),
+                        _ => self.through_side(quarter, &around, [0, 2, 0, 0, 1, 3][face], number, watch),
+                    };
+                    if !done {
+                        return;
+                    }
                     for (index, solid_angle) in solid_angles_sr.iter().enumerate() {
                         let (i, j) = (index / self.side, index % self.side);
                         let (x, y) = self.place(face, number, i, j);
@@ -284,30 +286,40 @@ impl<'a> Quarters<'a> {
         Geometry::new(side, line, &c)
     }
 
-    /// Goes through a side face whose centre is `turn` quarters from azimuth 0. A quarter's lines count from the equator and
-    /// its texels from the middle. Bit 0 of a quarter's number: azimuth falls; bit 1: below the equator. `false` where the
-    /// work was cancelled.
-    fn side_face(&self, quarters: &mut [Quarter; 4], geometry: &Geometry, turn: usize, watch: &Watch) -> bool {
+    /// Goes through a quarter of a side face whose centre is `turn` quarters from azimuth 0. Lines count from the equator and
+    /// texels from the middle. Bit 0 of the number: azimuth falls; bit 1: below the equator. `false` where the work was
+    /// cancelled.
+    fn through_side(
+        &self,
+        quarter: &mut Quarter,
+        geometry: &Geometry,
+        turn: usize,
+        number: usize,
+        watch: &Watch,
+    ) -> bool {
         let (width, equator) = (self.source.width as usize, self.source.height as usize / 2);
         let middle = self.first_column + turn * width / 4;
-        for (number, quarter) in quarters.iter_mut().enumerate() {
-            let column = |j: usize| if number & 1 == 0 { middle + j } else { middle + width - 1 - j };
-            quarter.start((0..self.eighth()).map(|j| column(j) % width), self.side, false);
-        }
-        let row = |number: usize, i: usize| if number & 2 == 0 { equator - 1 - i } else { equator + i };
-        geometry.go_through(quarters, self.source, row, watch)
+        let column = |j: usize| if number & 1 == 0 { middle + j } else { middle + width - 1 - j };
+        let row = |i: usize| if number & 2 == 0 { equator - 1 - i } else { equator + i };
+        quarter.start((0..self.eighth()).map(|j| column(j) % width), self.side, false);
+        quarter.go_through(geometry, self.source, row, watch)
     }
 
-    /// The same of a polar face. Lines lie along the axis where a quarter starts, those of its mirror image along the one where
-    /// it ends.
-    fn polar_face(&self, quarters: &mut [Quarter; 4], geometry: &Geometry, north: bool, watch: &Watch) -> bool {
+    /// The same of a polar face. Lines lie along the axis where the quarter starts, those of its mirror image along the one
+    /// where it ends.
+    fn through_polar(
+        &self,
+        quarter: &mut Quarter,
+        geometry: &Geometry,
+        north: bool,
+        number: usize,
+        watch: &Watch,
+    ) -> bool {
         let (width, height) = (self.source.width as usize, self.source.height as usize);
-        for (number, quarter) in quarters.iter_mut().enumerate() {
-            let first = self.first_column + number * width / 4;
-            quarter.start((0..width / 4).map(|j| (first + j) % width), self.side, true);
-        }
-        let row = |_, i: usize| if north { i } else { height - 1 - i };
-        geometry.go_through(quarters, self.source, row, watch)
+        let first = self.first_column + number * width / 4;
+        let row = |i: usize| if north { i } else { height - 1 - i };
+        quarter.start((0..width / 4).map(|j| (first + j) % width), self.side, true);
+        quarter.go_through(geometry, self.source, row, watch)
     }
 }
 
@@ -330,28 +342,6 @@ impl Geometry {
             *place += 1;
         }
         Self { side, pieces, rows }
-    }
-
-    /// Adds up the edges' integrals. `row` finds a quarter's row in the source.
-    fn go_through(
-        &self,
-        quarters: &mut [Quarter; 4],
-        source: &Equirect,
-        row: impl Fn(usize, usize) -> usize,
-        watch: &Watch,
-    ) -> bool {
-        let mut rest = self.pieces.as_slice();
-        for (i, Row { pieces, drop }) in self.rows.iter().enumerate() {
-            if watch.cancelled() {
-                return false;
-            }
-            let pieces = rest.split_off(..*pieces).expect("counted");
-            for (number, quarter) in quarters.iter_mut().enumerate() {
-                let texels = source.row(row(number, i) as u32);
-                quarter.step(texels, pieces, *drop, self.side);
-            }
-        }
-        true
     }
 }
 
@@ -376,22 +366,37 @@ impl Quarter {
         zero(&mut self.mirrored, if has_mirror_image { side * side } else { 0 });
     }
 
-    /// Adds what the pieces in a row of the picture have, and goes on to the next row.
-    fn step(&mut self, texels: &[[f32; 3]], pieces: &[Piece], drop: f64, side: usize) {
-        let Quarter { columns, sums, edges, mirrored } = self;
+    /// Adds up the edges' integrals over the rows that `row` finds in the source. `false` where the work was cancelled.
+    fn go_through(
+        &mut self,
+        Geometry { side, pieces, rows }: &Geometry,
+        source: &Equirect,
+        row: impl Fn(usize) -> usize,
+        watch: &Watch,
+    ) -> bool {
+        let Quarter { columns, lights, sums, edges, mirrored } = self;
         let last = columns.len() - 1;
-        for piece in pieces {
-            let at = usize::from(piece.line) * side + usize::from(piece.texel);
-            let column = usize::from(piece.column);
-            piece.add(&sums[column], &texels[columns[column]], &mut edges[at]);
-            if !mirrored.is_empty() {
-                let column = last - column;
-                piece.add(&sums[column], &texels[columns[column]], &mut mirrored[at]);
+        let mut rest = pieces.as_slice();
+        for (i, Row { pieces, drop }) in rows.iter().enumerate() {
+            if watch.cancelled() {
+                return false;
+            }
+            let texels = source.row(row(i) as u32);
+            lights.clear();
+            lights.extend(columns.iter().map(|column| texels[*column]));
+            for piece in rest.split_off(..*pieces).expect("counted") {
+                let at = usize::from(piece.line) * side + usize::from(piece.texel);
+                let column = usize::from(piece.column);
+                piece.add(&sums[column], &lights[column], &mut edges[at]);
+                if !mirrored.is_empty() {
+                    piece.add(&sums[last - column], &lights[last - column], &mut mirrored[at]);
+                }
+            }
+            for (sum, light) in sums.as_flattened_mut().iter_mut().zip(lights.as_flattened()) {
+                *sum += f64::from(*light) * drop;
             }
         }
-        for (sum, column) in sums.iter_mut().zip(columns) {
-            (0..3).for_each(|k| sum[k] += f64::from(texels[*column][k]) * drop);
-        }
+        true
     }
 
     /// Over texel (i, j): between lines i and i + 1, along them the j-th.
