@@ -401,7 +401,7 @@ impl Quarter {
 
     /// Over texel (i, j): between lines i and i + 1, along them the j-th.
     fn integral(&self, side: usize, i: usize, j: usize) -> Rgb {
-        // Nothing is left of line 0, the quarter's border: there S is 0 and neighbours share it.
+        // Line 0, the quarter's border, adds nothing: it is the equator, where S and c are 0, or a meridian, where φ stays.
         let between = |edges: &[Rgb], i: usize, j: usize| -> Rgb {
             let before = if i > 0 { edges[(i - 1) * side + j] } else { [0.0; 3] };
             std::array::from_fn(|k| edges[i * side + j][k] - before[k])
