@@ -478,6 +478,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_coarse_source_is_the_same_function_as_its_repetition() {
+        // A lamp on the horizon over faint light: few texels have all.
+        let lamp = |u: f64, v: f64| (u - 0.3).abs() < 0.004 && (v - 0.5).abs() < 0.008;
+        let coarse = Equirect::from_fn(256, |u, v| [if lamp(u, v) { 1e4 } else { 0.1 }; 3]);
+        let fine = coarse.repeated(4);
+        let (coarse, fine) = (Truth::new(&coarse), Truth::new(&fine));
+        let ggx = crate::term::zonal::parse("ggx").expect("it is registered");
+        let mut worst = 0.0f64;
+        for (u, v) in [(0.4, 0.3), (0.1, 0.45), (0.5, 0.2), (0.2, 0.7)] {
+            let (n, alpha) = (Equirect::direction(u, v), 0.25);
+            let [a, b] =
+                [&coarse, &fine].map(|truth| truth.integral(n, Scale::of(ggx, alpha), |h| (ggx.values)(h, alpha))[0]);
+            worst = worst.max((a / b - 1.0).abs());
+        }
+        println!("worst {worst:.1e}");
+        assert!(worst < 2e-5, "{worst:e}");
+    }
+
+    #[test]
     fn one_error_that_is_no_number_spoils_the_summary() {
         let error = |max: f64| MipError { mip: 1, rms: 0.5 * max, max, bias: 0.0, texels: 2 };
         let summary = Summary::of(&[error(1.0), error(3.0), error(2.0)]);
