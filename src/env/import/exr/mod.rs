@@ -4,6 +4,8 @@
 //! Blocks are taken as they are decompressed and go straight to their place in the display window, so that the picture
 //! is held once.
 
+mod zip;
+
 use std::io::BufReader;
 use std::sync::{Mutex, PoisonError};
 
@@ -96,22 +98,21 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
             }
             let first = line.location.position.0 as i64 + offset[0];
             let mut row = rows[row as usize].lock().unwrap_or_else(PoisonError::into_inner);
-            let of_channel = |c: &usize| choice.channels[*c] == line.location.channel;
+            let channels = choice.channels.map(|c| c == line.location.channel);
+            let bytes = line.value;
             match header.channels.list[line.location.channel].sample_type {
                 ex::SampleType::F16 => {
                     halves.clear();
-                    halves.extend(line.value.as_chunks().0.iter().map(|b| f16::from_ne_bytes(*b)));
+                    halves.extend(bytes.as_chunks().0.iter().map(|b| f16::from_ne_bytes(*b)));
                     values.resize(halves.len(), 0.0);
                     halves.convert_to_f32_slice(&mut values);
-                    (0..3).filter(of_channel).for_each(|c| put(&mut row, c, first, values.iter().copied()));
+                    put(&mut row, channels, first, values.iter().copied());
                 }
                 ex::SampleType::F32 => {
-                    let values = line.value.as_chunks().0.iter().map(|b| f32::from_ne_bytes(*b));
-                    (0..3).filter(of_channel).for_each(|c| put(&mut row, c, first, values.clone()));
+                    put(&mut row, channels, first, bytes.as_chunks().0.iter().map(|b| f32::from_ne_bytes(*b)));
                 }
                 ex::SampleType::U32 => {
-                    let values = line.value.as_chunks().0.iter().map(|b| u32::from_ne_bytes(*b) as f32);
-                    (0..3).filter(of_channel).for_each(|c| put(&mut row, c, first, values.clone()));
+                    put(&mut row, channels, first, bytes.as_chunks().0.iter().map(|b| u32::from_ne_bytes(*b) as f32));
                 }
             }
         }
@@ -130,7 +131,7 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
             break;
         }
         let decompressed = |chunk: ex::Result<Chunk>| {
-            let block = UncompressedBlock::decompress_chunk(chunk?, &meta, false)?;
+            let block = UncompressedBlock::decompress_chunk(zip::unpacked(chunk?, &header)?, &meta, false)?;
             let area = block.index.pixel_size.area();
             store(block);
             Ok(area)
@@ -144,11 +145,14 @@ pub fn read(job: &mut Job<'_>, file: Watched<'_, '_>) -> Result<Plane> {
     Ok(Plane { width: width as u32, height: height as u32, texels })
 }
 
-/// Puts a channel's values into a row of the display window, the first of them at column `first`. What lies outside is left out.
-fn put(row: &mut [[f32; 3]], channel: usize, first: i64, values: impl Iterator<Item = f32>) {
+/// Puts values into those of a texel's three channels that are true, in a row of the display window, the first value at
+/// column `first`. What lies outside is left out.
+fn put(row: &mut [[f32; 3]], channels: [bool; 3], first: i64, values: impl Iterator<Item = f32> + Clone) {
     let before = usize::try_from(-first).unwrap_or(0);
     let row = row.get_mut(usize::try_from(first).unwrap_or(0)..).unwrap_or(&mut []);
-    row.iter_mut().zip(values.skip(before)).for_each(|(texel, value)| texel[channel] = value);
+    for channel in (0..3).filter(|c| channels[*c]) {
+        row.iter_mut().zip(values.clone().skip(before)).for_each(|(texel, value)| texel[channel] = value);
+    }
 }
 
 /// Finds the colour channels.
