@@ -11,6 +11,8 @@ use serde_json::{Value, json};
 
 /// Runs of each command after one that warms the driver's shader cache.
 const RUNS: usize = 5;
+/// Runs of each of two commands whose times are compared.
+const TURNS: usize = 15;
 
 /// CPU seconds of all children that this process has waited for, from `/proc/self/stat`; `None` where that is missing.
 fn children_cpu_seconds() -> Option<f64> {
@@ -111,7 +113,8 @@ fn main() {
             "bake", "CPU s", "wall s", "max err", "typical", "ns/out", "ns/in", "dispatch"
         );
     }
-    rows.retain(|(title, _)| words.is_empty() || words.iter().any(|word| title.contains(word.as_str())));
+    let wanted = |title: &str| words.is_empty() || words.iter().any(|word| title.contains(word.as_str()));
+    rows.retain(|(title, _)| wanted(title));
     for (title, arguments) in rows {
         let row = measure(folder.path(), &title, &arguments);
         if as_json {
@@ -133,6 +136,33 @@ fn main() {
             row["rule"].as_str().unwrap_or("moment tree"),
         );
     }
+    for (quality, file) in
+        [("draft", "2048.hdr"), ("draft", "2048.exr"), ("reference", "2048.hdr"), ("reference", "2048.exr")]
+    {
+        let title = format!("env 256, {quality} over standard, from {file}");
+        if !wanted(&title) {
+            continue;
+        }
+        let ratio = ratio(folder.path(), quality, file);
+        if as_json {
+            println!("{}", json!({ "bake": title, "cpu_ratio": ratio }));
+        } else {
+            println!("{title:50} {:6.2} of the CPU s", ratio.unwrap_or(f64::NAN));
+        }
+    }
+}
+
+/// What a quality costs in units of the standard's time, from runs in turn, so that what else the machine does falls on both.
+fn ratio(folder: &Path, quality: &str, file: &str) -> Option<f64> {
+    let cost = |quality: &str| {
+        let before = children_cpu_seconds();
+        let arguments = ["env", file, "-o", "a.ktx2", "--quality", quality, "--json"];
+        run(folder, &arguments);
+        Some(children_cpu_seconds()? - before?)
+    };
+    let both = (0..TURNS).map(|_| Some([cost(quality)?, cost("standard")?])).collect::<Option<Vec<_>>>()?;
+    let [of, to] = [0, 1].map(|i| both.iter().map(|pair| pair[i]).sum::<f64>());
+    Some(of / to)
 }
 
 /// A sky with a sun over coloured noise, as an OpenEXR and a Radiance HDR file.
@@ -158,22 +188,24 @@ fn environment(folder: &Path, name: &str, height: u32) {
     written.expect("a writable folder");
 }
 
+/// What a command says of itself.
+fn run(folder: &Path, arguments: &[&str]) -> Value {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_brdf-baker"));
+    let output = command.current_dir(folder).args(arguments).output().expect("the program starts");
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("one JSON object")
+}
+
 /// Medians over the runs.
 fn measure(folder: &Path, title: &str, arguments: &[String]) -> Value {
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).chain(["--json"]).collect();
     let (mut cpu, mut wall, mut last) = (vec![], vec![], Value::Null);
-    for run in 0..=RUNS {
+    for i in 0..=RUNS {
         let before = children_cpu_seconds();
         let start = std::time::Instant::now();
-        let output = Command::new(env!("CARGO_BIN_EXE_brdf-baker"))
-            .current_dir(folder)
-            .args(arguments)
-            .arg("--json")
-            .output()
-            .expect("the program starts");
+        last = run(folder, &arguments);
         let seconds = start.elapsed().as_secs_f64();
-        assert!(output.status.success(), "{title}: {}", String::from_utf8_lossy(&output.stderr));
-        last = serde_json::from_slice(&output.stdout).expect("one JSON object");
-        if run > 0 {
+        if i > 0 {
             wall.push(seconds);
             cpu.extend(children_cpu_seconds().zip(before).map(|(after, before)| after - before));
         }
