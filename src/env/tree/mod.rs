@@ -415,7 +415,8 @@ impl<C: Chart> Builder<'_, C> {
         bright * (1.0 + COLOUR * self.apart(sums, weight) / self.chart.half_diagonal(r))
     }
 
-    /// How far a channel's centroid lies from that of all, on the unit ball; a channel counts by its share of the weight.
+    /// How far a channel's centroid lies from that of all, on the unit ball; a channel counts less where it has little of the
+    /// weight.
     fn apart(&self, sums: &Sums, weight: f64) -> f64 {
         if weight <= 0.0 {
             return 0.0;
@@ -427,8 +428,9 @@ impl<C: Chart> Builder<'_, C> {
             let e = sums.e[k];
             let offset = |x: usize| sums.first[k][x] - e * centroid[x];
             let moment = (0..3).map(|x| offset(x).powi(2)).sum::<f64>().sqrt();
-            // The moment over the channel's energy is the distance; times three times its share of the weight, up to 1.
-            moment * inverse(e) * (3.0 * e * self.light.inverse_mean[k] / weight).min(1.0)
+            // The moment over the channel's energy is the distance. Its share of the weight counts by the fourth root: what a
+            // bright light lacks is little of a rectangle's weight, but all that is seen of a channel elsewhere.
+            moment * inverse(e) * (3.0 * e * self.light.inverse_mean[k] / weight).min(1.0).sqrt().sqrt()
         };
         (0..3).map(of_channel).fold(0.0, f64::max)
     }
