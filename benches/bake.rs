@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 /// Runs of each command after one that warms the driver's shader cache.
 const RUNS: usize = 5;
-/// Runs of each of two commands whose times are compared.
+/// Runs of each of two commands whose times are compared, also after one that warms.
 const TURNS: usize = 15;
 
 /// CPU seconds of all children that this process has waited for, from `/proc/self/stat`; `None` where that is missing.
@@ -160,8 +160,8 @@ fn ratio(folder: &Path, quality: &str, file: &str) -> Option<f64> {
         run(folder, &arguments);
         Some(children_cpu_seconds()? - before?)
     };
-    let both = (0..TURNS).map(|_| Some([cost(quality)?, cost("standard")?])).collect::<Option<Vec<_>>>()?;
-    let [of, to] = [0, 1].map(|i| both.iter().map(|pair| pair[i]).sum::<f64>());
+    let both = (0..=TURNS).map(|_| Some([cost(quality)?, cost("standard")?])).collect::<Option<Vec<_>>>()?;
+    let [of, to] = [0, 1].map(|i| both[1..].iter().map(|pair| pair[i]).sum::<f64>());
     Some(of / to)
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! ZIP and ZIPS of OpenEXR, in two thirds of the time that the reader of the other compressions takes: most photographs
-//! come in them, and a bake spends more time on unpacking a large one than on anything else it does with the source.
+//! ZIP and ZIPS of OpenEXR, faster than by the reader of the other compressions: most photographs come in them, and unpacking
+//! is most of what reading one takes.
 
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::meta::header::Header;
