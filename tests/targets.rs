@@ -160,7 +160,7 @@ fn an_override_is_said_and_stored() {
     assert_eq!(meta["order"], "ascending,descending");
 
     // What agrees with the preset is no override.
-    let output = run(here, &["bake", "split-sum", "--for", "bevy", "-o", "b.ktx2", "--size", "64"]);
+    let output = run(here, &["bake", "split-sum", "--for", "bevy", "-o", "b.ktx2", "--size", "128"]);
     assert!(output.status.success() && output.stderr.is_empty(), "{}", text(&output.stderr));
     assert_eq!(json(here, &["info", "b.ktx2"])[0]["meta"]["target.overrides"], Value::Null);
 }

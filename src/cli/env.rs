@@ -28,10 +28,10 @@ use super::storage::{self, StorageArgs};
 
 /// Texels along an edge of the irradiance unless told otherwise.
 const DIFFUSE_SIZE: u32 = 64;
-/// Texels along an edge in blocks of bc6h, unless told otherwise: half the bytes of 256 in half floats, and filtered mips of
-/// photographs keep to [`MUCH`].
-const SIZE_IN_BLOCKS: u32 = 512;
-/// A root mean square of relative losses that blocks of filtered mips should not exceed.
+/// Texels along an edge in blocks of bc6h, unless told otherwise: half the bytes of 512 in half floats, and photographs keep
+/// to [`MUCH`], the first mip included.
+const SIZE_IN_BLOCKS: u32 = 1024;
+/// A root mean square of relative losses that blocks should not exceed.
 const MUCH: f64 = 0.01;
 
 #[derive(clap::Args)]
@@ -52,7 +52,7 @@ pub struct EnvArgs {
     /// Layout: six faces, a picture twice as wide as high, or an octahedral square with +Y in the middle [default: cube]
     #[arg(long, value_name = "cube|equirect|octahedral|playcanvas-atlas")]
     shape: Option<String>,
-    /// Texels along an edge of mip 0; the height of an equirect [default: 256, 512 with bc6h, 64 for lambert]
+    /// Texels along an edge of mip 0; the height of an equirect [default: 256, 1024 with bc6h, 64 for lambert]
     #[arg(long, value_name = "N")]
     size: Option<u32>,
     /// Number of mips, mip 0 included [default: down to one texel]
@@ -243,6 +243,7 @@ impl Wanted {
                 "rounding_relative_rms": rounding.most.rms_rel,
                 "rounding_rms": rounding.most.rms,
                 "rounding_mips": rounding.levels.iter().map(loss_json).collect::<Vec<_>>(),
+                "rounding_whole": loss_json(&rounding.whole),
                 "rounding_filtered": rounding.filtered.as_ref().map(loss_json),
                 "clamped": rounding.clamped,
                 "checked_texels": texels,
@@ -427,8 +428,8 @@ impl EnvPlan {
     }
 }
 
-/// A line a mip on what an encoding whose loss depends on the texels did to them, and one on the filtered mips together, with
-/// the way out where they lose much.
+/// A line a mip on what an encoding whose loss depends on the texels did to them, one on the filtered mips together and one on
+/// all, with the way out where they lose much.
 fn losses(encoding: &str, rounding: &Rounding) -> String {
     let line = |name: String, loss: &Loss| {
         format!(
@@ -439,10 +440,13 @@ fn losses(encoding: &str, rounding: &Rounding) -> String {
         )
     };
     let mips = rounding.levels.iter().enumerate().map(|(i, loss)| line(format!("mip {i}"), loss));
-    let filtered = rounding.filtered.iter().map(|loss| line(format!("mips 1-{}", rounding.levels.len() - 1), loss));
-    let is_much = rounding.filtered.is_some_and(|loss| loss.rms_rel > MUCH);
+    let together = rounding.filtered.iter().flat_map(|filtered| {
+        let last = rounding.levels.len() - 1;
+        [line(format!("mips 1-{last}"), filtered), line("all mips".into(), &rounding.whole)]
+    });
+    let is_much = [Some(rounding.whole), rounding.filtered].into_iter().flatten().any(|loss| loss.rms_rel > MUCH);
     let help = is_much.then(|| "\n  a larger --size loses less: twice the size about half".to_string());
-    mips.chain(filtered).chain(help).collect()
+    mips.chain(together).chain(help).collect()
 }
 
 fn loss_json(loss: &Loss) -> Value {

@@ -11,13 +11,14 @@ app.sub_app_mut(RenderApp).insert_resource(bevy::pbr::AreaLightLuts { image });"
 pub(super) static TARGET: Target = Target {
     name: "bevy",
     about: [
-        "KTX2: 64x64 split-sum table, both tables of area lights as the layers of ltc; 512 specular cube, roughness m/M down to 4 texels, with a 32 diffuse cube beside it",
+        "KTX2: 128x128 split-sum table, both tables of area lights as the layers of ltc; 512 specular cube, roughness m/M down to 4 texels, with a 32 diffuse cube beside it",
         "The shader looks cubes up with z reversed, so the file's +Z shows the environment's -Z",
     ],
     source: "bevy_pbr: environment_map.wesl, pbr_lighting.wesl, light_probe; area lights: pbr_lighting.wgsl, AreaLightLuts",
     tables: &[
         TablePreset {
-            size: (64, 64),
+            // With 64, blending between texels makes a rough metal err by a third more.
+            size: (128, 128),
             snippet: "// Cargo.toml: bevy with the features dfg_lut, ktx2 and zstd_rust; after the plugins:
 let table: Handle<Image> = app.world().resource::<AssetServer>().load(\"{file}\");
 app.sub_app_mut(RenderApp).insert_resource(bevy::pbr::DfgLut { texture: table });",

@@ -471,6 +471,8 @@ pub struct Rounding {
     pub most: Loss,
     /// Level by level.
     pub levels: Vec<Loss>,
+    /// Of all texels of all levels.
+    pub whole: Loss,
     /// Of all texels of the levels after the first, which a filter made smooth; `None` of a single level.
     pub filtered: Option<Loss>,
     /// Values outside [`Repr::range`], stored as its nearest end.
@@ -610,8 +612,9 @@ impl Rounding {
             rms: largest(|l| l.rms),
             rms_rel: largest(|l| l.rms_rel),
         };
-        let filtered = losses.iter().skip(1).copied().reduce(Losses::and).map(Losses::loss);
-        Rounding { most, levels, filtered, clamped: clamped.iter().sum() }
+        let together = |from: usize| losses.iter().skip(from).copied().reduce(Losses::and).map(Losses::loss);
+        let (whole, filtered) = (together(0).unwrap_or_default(), together(1));
+        Rounding { most, levels, whole, filtered, clamped: clamped.iter().sum() }
     }
 }
 
@@ -809,13 +812,13 @@ mod tests {
         let squares = 0.25 + tie * tie + 65504.0 * 65504.0;
         assert_eq!(most.rms, (1.0 / 2048.0 / 2048.0 / squares).sqrt());
         assert_eq!(most.rms_rel, ((1.0 / 2048.0 / tie).powi(2) / 3.0).sqrt());
-        assert_eq!((report.levels, report.filtered), (vec![most], None));
+        assert_eq!((report.levels, report.whole, report.filtered), (vec![most], most, None));
         let exact = rounding(&table(vec![0.1, 1e30]), by_name("r32f")).unwrap();
         assert_eq!((exact.most, exact.clamped), (Loss::default(), 0));
     }
 
     #[test]
-    fn filtered_levels_count_by_their_texels() {
+    fn levels_count_together_by_their_texels() {
         let halves = by_name("r16f");
         // Level 0 of 2 × 2 texels is exact; of level 1, one texel, the half is off by a known share.
         let off = 1.0 + 1.0 / 4096.0;
@@ -831,6 +834,7 @@ mod tests {
         let share = (f64::from(off) - 1.0) / f64::from(off);
         let filtered = report.filtered.unwrap();
         assert_eq!(filtered.rms_rel, (2.0 * share * share / 6.0).sqrt());
+        assert_eq!(report.whole.rms_rel, (2.0 * share * share / 30.0).sqrt());
         assert_eq!((report.levels[0], report.levels[1], report.most), (Loss::default(), filtered, filtered));
     }
 }

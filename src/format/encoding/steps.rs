@@ -16,7 +16,11 @@ const RELATIVE_RMS: &str = "encoding.error.relative.rms";
 /// The key of the root mean square of the differences over that of the values, of the level where it is largest.
 const RMS: &str = "encoding.error.rms";
 
-/// The two root mean squares once more, of all levels after the first together.
+/// The two root mean squares once more, of all levels together.
+const WHOLE_RELATIVE_RMS: &str = "encoding.error.whole.relative.rms";
+/// See [`WHOLE_RELATIVE_RMS`].
+const WHOLE_RMS: &str = "encoding.error.whole.rms";
+/// The same of all levels after the first.
 const FILTERED_RELATIVE_RMS: &str = "encoding.error.filtered.relative.rms";
 /// See [`FILTERED_RELATIVE_RMS`].
 const FILTERED_RMS: &str = "encoding.error.filtered.rms";
@@ -78,6 +82,8 @@ impl Steps {
         meta.set(RELATIVE_RMS, bound(rounding.most.rms_rel));
         meta.set(RMS, bound(rounding.most.rms));
         if let Some(filtered) = rounding.filtered {
+            meta.set(WHOLE_RELATIVE_RMS, bound(rounding.whole.rms_rel));
+            meta.set(WHOLE_RMS, bound(rounding.whole.rms));
             meta.set(FILTERED_RELATIVE_RMS, bound(filtered.rms_rel));
             meta.set(FILTERED_RMS, bound(filtered.rms));
         }

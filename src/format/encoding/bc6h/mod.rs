@@ -26,6 +26,8 @@ use super::Effort;
 /// How far the search goes.
 #[derive(Clone, Copy, Debug)]
 struct Search {
+    /// Blocks that lose less than this with one region, in the root mean square of their components, are good enough.
+    good: f32,
     /// Partitions whose lines are fitted, those that seem best first.
     lines: usize,
     /// Partitions of which blocks are made, those with the best lines first.
@@ -47,17 +49,21 @@ const RETRIES: [[f32; 2]; 8] =
 impl From<Effort> for Search {
     fn from(effort: Effort) -> Search {
         match effort {
-            Effort::Fast => Search { lines: 0, partitions: 0, modes: 0, refined: 0, retried: 0, retries: &[] },
-            Effort::Normal => Search { lines: 8, partitions: 2, modes: 1, refined: 1, retried: 0, retries: &[] },
-            Effort::Slow => Search { lines: 16, partitions: 6, modes: 1, refined: 3, retried: 1, retries: &RETRIES },
+            Effort::Fast => {
+                Search { good: 0.0, lines: 0, partitions: 0, modes: 0, refined: 0, retried: 0, retries: &[] }
+            }
+            Effort::Normal => {
+                Search { good: 0.0025, lines: 8, partitions: 2, modes: 1, refined: 1, retried: 0, retries: &[] }
+            }
+            Effort::Slow => {
+                Search { good: 0.001, lines: 16, partitions: 6, modes: 1, refined: 3, retried: 1, retries: &RETRIES }
+            }
         }
     }
 }
 
 /// Components of a block.
 const COMPONENTS: f32 = 48.0;
-/// Blocks that lose less than this, in the root mean square of their components, are good enough.
-const GOOD: f32 = 0.001;
 /// Blocks that lose more than this are worth another try.
 const HARD: f32 = 0.005;
 /// Codes that an end may be out of a mode's reach for the mode to be tried.
@@ -79,7 +85,7 @@ fn search(whole: &Region, search: Search) -> (Content, f32) {
     let reaching = MODES.iter().filter(|mode| mode.regions == 1 && excess(&lines, mode) <= mode.reach()[0][1]);
     let mut found: Vec<Candidate<'_>> = reaching.map(|mode| Candidate::of_one(mode, whole, &lines[0])).collect();
     keep(&mut found, search.refined);
-    if search.partitions == 0 || !loses(&found[0], GOOD) {
+    if search.partitions == 0 || !loses(&found[0], search.good) {
         return (found[0].content(), found[0].error());
     }
 
@@ -255,7 +261,7 @@ mod tests {
 
     /// Every partition in every mode that nearly reaches, each a dozen times: about what the format can hold.
     const EXHAUSTIVE: Search =
-        Search { lines: 32, partitions: 32, modes: 10, refined: 48, retried: 48, retries: &MANY };
+        Search { good: 0.001, lines: 32, partitions: 32, modes: 10, refined: 48, retried: 48, retries: &MANY };
     const MANY: [[f32; 2]; 12] = [
         [0.1, -0.1],
         [-0.1, 0.1],
