@@ -74,7 +74,7 @@ impl Baker {
         place.format.accepts(job.size, job.mips)?;
         let imported = import::read(input, &self.import, &mut ignore)?;
         let mut texture = job.run(&imported.environment, &self.backend, &mut ignore)?;
-        let spot = environment::Extent::after_baking(job.quality);
+        let spot = environment::Extent::after_baking(job.quality, &imported.environment);
         let errors = environment::check(&job, &imported.environment, &texture, spot, &mut ignore)?;
         let summary = Summary::of(&errors);
         let bound = job.quality.worst_bound;

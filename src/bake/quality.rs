@@ -20,7 +20,8 @@ pub struct Quality {
     pub rms_bound: f64,
     /// Bound of any texel's relative error, before rounding.
     pub worst_bound: f64,
-    /// Texels of each mip that are compared with a brute-force sum after a bake, beside the one at the brightest place.
+    /// Texels of each mip that are compared with a brute-force sum after a bake, beside the one at the brightest place: of a
+    /// large source. See [`Extent::after_baking`](crate::verify::environment::Extent::after_baking).
     pub spot_texels: u32,
 }
 

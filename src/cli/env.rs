@@ -142,7 +142,7 @@ impl Wanted {
     ) -> Result<Baked> {
         let environment = &source.imported.environment;
         let on = &mut |p: Progress<'_>| console.progress(p);
-        let spot = environment::Extent::after_baking(self.job.quality);
+        let spot = environment::Extent::after_baking(self.job.quality, environment);
         let mut texture = self.job.run(environment, backend, on)?;
         let mut errors = environment::check(&self.job, environment, &texture, spot, on)?;
         let mut filtered = self.job.filtered().len();
@@ -212,7 +212,7 @@ impl Wanted {
         let losses = if encoding.repr.is_blocks() { losses(encoding.name, rounding) } else { String::new() };
         console.result(
             &format!(
-                "{}  {faces}{}x{}, {levels} {}  max error {worst:.1e} relative, rms {rms:.1e} (+ {:.1e} rounding)  \
+                "{}  {faces}{}x{}, {levels} {}  max error {worst:.1e} relative, rms {rms:.1e} of {texels} texels (+ {:.1e} rounding)  \
                  {seconds:.2} s  {}{losses}",
                 path.display(),
                 texture.width,

@@ -282,7 +282,7 @@ pub fn check_with_source<'a>(
     }
     obeyed.push(Law::new("every mip is the convolution of the source, within its bound", &failures[before..]));
     let mips = found.into_iter().map(|e| report(e, rms_bound)).collect();
-    let after_baking = environment::Extent::after_baking(job.quality);
+    let after_baking = environment::Extent::after_baking(job.quality, &source);
     let own = environment::check(job, &source, texture, after_baking, on)?;
     let certified_rms = own.iter().map(|e| e.rms).reduce(worse);
     let certified_worst = own.iter().map(|e| e.max).reduce(worse);

@@ -20,6 +20,11 @@ use crate::progress::{OnProgress, watched};
 use crate::term::zonal::{Peak, Zonal};
 use crate::texture::{Meta, Texture};
 
+/// Texels of a source from which on a look after a bake is at no more texels than the quality asks for: 2048 x 1024.
+const LARGE: usize = 1 << 21;
+/// Random texels of a mip beyond which a look after a bake would say little more.
+const ENOUGH: u32 = 63;
+
 /// How many texels of every mip are compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extent {
@@ -30,9 +35,11 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// A look after every bake.
-    pub fn after_baking(quality: &Quality) -> Extent {
-        Extent { random: quality.spot_texels, bright: 1 }
+    /// A look after every bake: at more texels of a smaller source, whose sums are shorter.
+    pub fn after_baking<'a>(quality: &Quality, source: impl Into<Environment<'a>>) -> Extent {
+        let shorter = (LARGE / source.into().picture.texels().len().max(1)).max(1) as u32;
+        let random = (1 + quality.spot_texels).saturating_mul(shorter) - 1;
+        Extent { random: random.min(ENOUGH), bright: 1 }
     }
 
     /// A look at a file.
@@ -494,6 +501,17 @@ mod tests {
         }
         println!("worst {worst:.1e}");
         assert!(worst < 2e-5, "{worst:e}");
+    }
+
+    #[test]
+    fn a_look_after_a_bake_is_at_more_texels_of_a_smaller_source() {
+        let random = |height: u32, quality: &str| {
+            let quality = crate::bake::quality::parse(quality).expect("a quality");
+            Extent::after_baking(quality, &Equirect::from_fn(height, |_, _| [1.0; 3])).random
+        };
+        let of_draft = [1024, 512, 256, 8].map(|height| random(height, "draft"));
+        assert_eq!(of_draft, [0, 3, 15, 63]);
+        assert_eq!([1024, 512, 8].map(|height| random(height, "standard")), [4, 19, 63]);
     }
 
     #[test]
