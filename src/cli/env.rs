@@ -209,11 +209,14 @@ impl Wanted {
         let faces = if job.projection == Projection::Cube { "6x" } else { "" };
         let levels = if texture.levels.len() == 1 { "1 level".into() } else { format!("{} mips", job.mips) };
         let rounding = &written.rounding;
+        let found = match texels {
+            0 => "resampled, not filtered".into(),
+            _ => format!("max error {worst:.1e} relative, rms {rms:.1e} of {texels} texels"),
+        };
         let losses = if encoding.repr.is_blocks() { losses(encoding.name, rounding) } else { String::new() };
         console.result(
             &format!(
-                "{}  {faces}{}x{}, {levels} {}  max error {worst:.1e} relative, rms {rms:.1e} of {texels} texels (+ {:.1e} rounding)  \
-                 {seconds:.2} s  {}{losses}",
+                "{}  {faces}{}x{}, {levels} {}  {found} (+ {:.1e} rounding)  {seconds:.2} s  {}{losses}",
                 path.display(),
                 texture.width,
                 texture.height,

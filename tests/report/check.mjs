@@ -38,7 +38,7 @@ document.documentElement.setAttribute("data-exercised", "");
 // Chromium with its console on stderr; what it writes to stdout, and the lines of the page's console.
 function chromium(...words) {
   const always = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--enable-logging=stderr", "--v=0"];
-  const ran = spawnSync("chromium", [...always, ...words], { encoding: "utf8", maxBuffer: 1 << 28, timeout: 120_000 });
+  const ran = spawnSync(process.env.CHROMIUM ?? "chromium", [...always, ...words], { encoding: "utf8", maxBuffer: 1 << 28, timeout: 120_000 });
   if (ran.status !== 0) throw new Error(`chromium ${words.join(" ")}: ${ran.error ?? ran.stderr}`);
   return { dom: ran.stdout, console: ran.stderr.split("\n").filter(line => line.includes("CONSOLE")) };
 }
