@@ -106,6 +106,7 @@ fn main() {
     add("irradiance 64, from 2048x1024", &["env", "2048.exr", "--irradiance", "a.ktx2"]);
     add("harmonics, from 2048x1024", &["env", "2048.exr", "--sh", "a.json"]);
     add("env 512, linear, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--size", "512"]);
+    add("env 1024, bc6h, from 2048x1024", &["env", "2048.exr", "-o", "a.ktx2", "--encoding", "bc6h"]);
 
     if !as_json {
         println!(
