@@ -7,10 +7,10 @@
 //! decades, dark texels are seen beside dark ones, and a sun must not lose its light. Encoders that compare the bits of
 //! half floats care for neither. See [`Region::whole`] for the measure.
 //!
-//! The search: a line through all texels, in each mode of one region; the partitions in the order of what lines through
-//! their regions leave over, in the modes that reach that far; the best few again, code by code; and, of blocks that still
-//! lose much, again from other ends. Blocks that lose next to nothing are left earlier. Every candidate's error is that
-//! of the values that a GPU decodes, so the file's error is what the search found.
+//! The search: a line through all texels, in the modes of one region that reach that far; the partitions in the order of
+//! what lines through their regions leave over, likewise; the best few again, code by code; and, of blocks that still lose
+//! much, again from other ends. Blocks that lose next to nothing are left earlier. Every candidate's error is that of the
+//! values that a GPU decodes, so the file's error is what the search found.
 
 mod layout;
 mod palette;
@@ -66,7 +66,7 @@ impl From<Effort> for Search {
 const COMPONENTS: f32 = 48.0;
 /// Blocks that lose more than this are worth another try.
 const HARD: f32 = 0.005;
-/// Codes that an end may be out of a mode's reach for the mode to be tried.
+/// Codes that an end of two lines may be out of a mode's reach for the mode to be tried.
 const NEARLY: i32 = 2;
 
 /// The bytes of a block of 4 × 4 texels, row by row, of values in [0, 65504]. Bit t of `inside` tells whether texel t
@@ -82,8 +82,8 @@ fn search(whole: &Region, search: Search) -> (Content, f32) {
 
     // One region.
     let lines = [whole.line(&STEPS_OF_4_BITS).0];
-    let reaching = MODES.iter().filter(|mode| mode.regions == 1 && excess(&lines, mode) <= mode.reach()[0][1]);
-    let mut found: Vec<Candidate<'_>> = reaching.map(|mode| Candidate::of_one(mode, whole, &lines[0])).collect();
+    let modes = reaching(&lines, 1, search.modes.max(1), |mode| mode.reach()[0][1]);
+    let mut found: Vec<Candidate<'_>> = modes.map(|mode| Candidate::of_one(mode, whole, &lines[0])).collect();
     keep(&mut found, search.refined);
     if search.partitions == 0 || !loses(&found[0], search.good) {
         return (found[0].content(), found[0].error());
@@ -96,7 +96,8 @@ fn search(whole: &Region, search: Search) -> (Content, f32) {
     let mut splits: Vec<Split> = order.iter().take(search.lines).map(|(_, i)| Split::new(whole, *i)).collect();
     splits.sort_by(|a, b| a.error.total_cmp(&b.error));
     for split in splits.iter().take(search.partitions) {
-        found.extend(split.modes(search.modes).map(|mode| Candidate::of_two(mode, split)));
+        let modes = reaching(&split.lines, 2, search.modes, |_| NEARLY);
+        found.extend(modes.map(|mode| Candidate::of_two(mode, split)));
     }
     keep(&mut found, search.refined);
 
@@ -114,6 +115,25 @@ fn search(whole: &Region, search: Search) -> (Content, f32) {
 fn keep(found: &mut Vec<Candidate<'_>>, count: usize) {
     found.sort_by(|a, b| a.error().total_cmp(&b.error()));
     found.truncate(count.max(1));
+}
+
+/// The `count` most precise modes of so many regions that reach from end to end of these lines, and those before them that
+/// do but for `nearly` codes.
+fn reaching(
+    lines: &[Line],
+    regions: usize,
+    count: usize,
+    nearly: fn(&Mode) -> i32,
+) -> impl Iterator<Item = &'static Mode> {
+    let mut precise: Vec<&Mode> = MODES.iter().filter(|mode| mode.regions == regions).collect();
+    precise.sort_by_key(|mode| std::cmp::Reverse(mode.bits));
+    let mut reaching = 0;
+    precise.into_iter().filter(move |mode| {
+        let excess = excess(lines, mode);
+        let is_wanted = reaching < count && excess <= nearly(mode);
+        reaching += usize::from(is_wanted && excess == 0);
+        is_wanted
+    })
 }
 
 /// By how many codes an end of these lines is out of the mode's reach.
@@ -143,19 +163,6 @@ impl Split {
         let regions = [whole.part(!split.second, 0), whole.part(split.second, split.anchor)];
         let [a, b] = [regions[0].line(&STEPS_OF_3_BITS), regions[1].line(&STEPS_OF_3_BITS)];
         Split { partition, regions, lines: [a.0, b.0], error: a.1 + b.1 }
-    }
-
-    /// The `count` most precise modes that reach from end to end, and those before them that nearly do.
-    fn modes(&self, count: usize) -> impl Iterator<Item = &'static Mode> {
-        let mut precise: Vec<&Mode> = MODES.iter().filter(|mode| mode.regions == 2).collect();
-        precise.sort_by_key(|mode| std::cmp::Reverse(mode.bits));
-        let mut reaching = 0;
-        precise.into_iter().filter(move |mode| {
-            let excess = excess(&self.lines, mode);
-            let is_wanted = reaching < count && excess <= NEARLY;
-            reaching += usize::from(is_wanted && excess == 0);
-            is_wanted
-        })
     }
 }
 
@@ -377,7 +384,7 @@ mod tests {
     #[test]
     fn every_mode_is_of_use_and_the_stated_error_is_that_of_the_bytes() {
         let (mut numbers, mut used) = (Numbers(3), BTreeSet::new());
-        for _ in 0..1500 {
+        for _ in 0..6000 {
             let texels = edges(&mut numbers);
             let (content, error) = search(&Region::whole(&texels, ALL, 1.0), Effort::Normal.into());
             used.insert(MODES.iter().position(|mode| std::ptr::eq(mode, content.mode)));
