@@ -7,7 +7,7 @@
 //! decades, dark texels are seen beside dark ones, and a sun must not lose its light. Encoders that compare the bits of
 //! half floats care for neither. See [`Region::whole`] for the measure.
 //!
-//! The search: a line through all texels, in the modes of one region that reach that far; the partitions in the order of
+//! The search: a line through all texels, in the modes of one region that reach that far; partitions in the order of
 //! what lines through their regions leave over, likewise; the best few again, code by code; and, of blocks that still lose
 //! much, again from other ends. Blocks that lose next to nothing are left earlier. Every candidate's error is that of the
 //! values that a GPU decodes, so the file's error is what the search found.
@@ -64,7 +64,7 @@ impl From<Effort> for Search {
 
 /// Components of a block.
 const COMPONENTS: f32 = 48.0;
-/// Blocks that lose more than this are worth another try.
+/// Blocks that lose more than this are worth another try, with less precise modes or from other ends.
 const HARD: f32 = 0.005;
 /// Codes that an end of two lines may be out of a mode's reach for the mode to be tried.
 const NEARLY: i32 = 2;
@@ -82,9 +82,16 @@ fn search(whole: &Region, search: Search) -> (Content, f32) {
 
     // One region.
     let lines = [whole.line(&STEPS_OF_4_BITS).0];
-    let modes = reaching(&lines, 1, search.modes.max(1), |mode| mode.reach()[0][1]);
-    let mut found: Vec<Candidate<'_>> = modes.map(|mode| Candidate::of_one(mode, whole, &lines[0])).collect();
-    keep(&mut found, search.refined);
+    let of_one = |count: usize| {
+        let modes = reaching(&lines, 1, count, |mode| mode.reach()[0][1]);
+        let mut found: Vec<Candidate<'_>> = modes.map(|mode| Candidate::of_one(mode, whole, &lines[0])).collect();
+        keep(&mut found, search.refined);
+        found
+    };
+    let mut found = of_one(1);
+    if loses(&found[0], HARD) {
+        found = of_one(MODES.len());
+    }
     if search.partitions == 0 || !loses(&found[0], search.good) {
         return (found[0].content(), found[0].error());
     }
