@@ -136,6 +136,10 @@ fn blocks_of_a_sky_keep_filtered_radiance_to_one_per_cent() {
     let parts = [0.75, 0.1875].iter().zip(&mips[1..]).map(|(share, mip)| share * per_cent(mip, "relative_rms").powi(2));
     assert!(parts.sum::<f64>() < relative.powi(2));
 
+    // All mips lie between mip 0 and the filtered ones, nearer to mip 0, which has most texels.
+    let [first, whole] = [&mips[0], &value["rounding_whole"]].map(|loss| per_cent(loss, "relative_rms"));
+    assert!(0.5 * (first + relative) < whole && whole < first, "{relative} {whole} {first}");
+
     // In words, and in the file; with the way out where mip 0 loses more than filtered mips may.
     let text = succeeds(here, &env);
     let help = "a larger --size loses less";

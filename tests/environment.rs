@@ -301,9 +301,11 @@ fn blocks_at_1024_keep_photographs_to_one_per_cent() {
 fn blocks_at_512_keep_filtered_radiance_to_one_per_cent() {
     // Of a room with a texture that differs from texel to texel, and of edges, mip 0 loses more in any block.
     let scenes = [("room", room(256)), ("lights", lights(256, 0.05)), ("colours", colours(256))];
+    let scenes = scenes.iter().map(|(name, source)| (*name, Environment::from(source)));
+    let photographs = photographs(&["studio", "bridge", "warehouse_dwab", "sunset", "venice"]);
     on_gpu(|backend| {
-        for (name, scene) in &scenes {
-            let [_, filtered, _] = lost_in_blocks(name, &Environment::from(scene), 512, backend);
+        for (name, environment) in photographs.iter().map(|(name, e)| (*name, e.borrowed())).chain(scenes) {
+            let [_, filtered, _] = lost_in_blocks(name, &environment, 512, backend);
             assert!(filtered <= 0.01, "{name}: {filtered}");
         }
     });
